@@ -1,0 +1,1 @@
+"""What runs a node: the clock, the bus, health. A node itself knows none of it."""

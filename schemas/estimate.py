@@ -1,0 +1,26 @@
+"""The filtered position of the pad."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from schemas.message import GlobalPosition, Matrix3, ShortText, Traced, Vector3
+
+
+class PadEstimate(Traced):
+    """Where the filter believes the pad to be; `captured_at_ns` is that of the newest fix in it."""
+
+    position: GlobalPosition
+    """The pad's centre, in the vehicle's navigation solution."""
+    pad_ned_m: Vector3
+    """From the vehicle (as it was at capture time of the newest fix) to the pad, north, east, down, metres."""
+    azimuth_rad: Annotated[float, Field(ge=-3.1415926536, le=3.1415926536)]
+    """Azimuth of the print's upward direction, rad."""
+    covariance_ned_m2: Matrix3
+    """Covariance of the position, north, east, down, m^2."""
+    azimuth_variance_rad2: Annotated[float, Field(ge=0.0)]
+    """Variance of the azimuth, rad^2."""
+    method: ShortText
+    """Name of the filter."""
+    fixes_used: Annotated[int, Field(ge=1)]
+    """How many entries of the window made this estimate."""

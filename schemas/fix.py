@@ -1,0 +1,68 @@
+"""One geolocated measurement of the pad."""
+
+from enum import StrEnum
+from typing import Annotated
+
+from pydantic import Field
+
+from schemas.message import GlobalPosition, Matrix3, Part, ShortText, Traced, Vector3
+
+
+class FixVerdict(StrEnum):
+    """What became of a detection. Only ACCEPTED may steer."""
+
+    ACCEPTED = "accepted"
+    NO_MARKER = "no_marker"
+    """The pad's marker is not among those seen."""
+    NO_CALIBRATION = "no_calibration"
+    """No camera calibration has come yet."""
+    NO_VEHICLE_STATE = "no_vehicle_state"
+    """No vehicle pose has come yet."""
+    POSE_TOO_OLD = "pose_too_old"
+    """The newest vehicle pose is too long before the capture to extrapolate."""
+    POSE_GAP = "pose_gap"
+    """The poses around the capture are too far apart to interpolate."""
+    CAPTURE_BEFORE_HISTORY = "capture_before_history"
+    """The capture is older than the pose history."""
+    BEHIND_CAMERA = "behind_camera"
+    """The pose puts the pad behind the camera."""
+    NOT_LEVEL = "not_level"
+    """Neither planar solution shows a level pad."""
+    ABOVE_VEHICLE = "above_vehicle"
+    """The pad would lie above the vehicle."""
+    NOT_FINITE = "not_finite"
+    """The chain yielded NaN or infinity, or a rotation that is none."""
+
+
+class PadPosition(Part):
+    """Where the pad is, relative to the vehicle and on the earth."""
+
+    pad_ned_m: Vector3
+    """From the vehicle's body origin to the pad's centre, north, east, down, metres."""
+    position: GlobalPosition
+    """The pad's centre on the earth."""
+    azimuth_rad: Annotated[float, Field(ge=-3.1415926536, le=3.1415926536)]
+    """Azimuth of the print's upward direction, from north, clockwise (Eq. 16), rad."""
+
+
+class PadFix(Traced):
+    """One detection brought to the earth, or the reason why it was not."""
+
+    verdict: FixVerdict
+    """ACCEPTED, or why there is no fix; the other fields are then absent."""
+    detail: ShortText = ""
+    """The verdict in words, with numbers."""
+    raw: PadPosition | None = None
+    """Before the systematic error is removed."""
+    corrected: PadPosition | None = None
+    """After it (Eq. 22-26)."""
+    covariance_ned_m2: Matrix3 | None = None
+    """Covariance of the corrected `pad_ned_m`, m^2."""
+    azimuth_variance_rad2: Annotated[float, Field(ge=0.0)] | None = None
+    """Variance of the azimuth, rad^2."""
+    vehicle_position: GlobalPosition | None = None
+    """Where the vehicle was at capture time."""
+    pose_offset_s: float | None = None
+    """Capture time minus the nearest vehicle sample used; positive when the pose was extrapolated, seconds."""
+    latency_s: float | None = None
+    """From the light on the sensor to this fix, seconds."""
