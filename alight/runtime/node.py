@@ -84,7 +84,9 @@ class Node:
             ValueError: If the table of topics does not let this service read the topic.
         """
         if self.service not in topic.readers:
-            raise ValueError(f"{self.service} may not read {topic.name}: it is not among its readers in schemas/topics.py")
+            raise ValueError(
+                f"{self.service} may not read {topic.name}: it is not among its readers in schemas/topics.py"
+            )
         self._handlers[topic.name] = handler
 
     @property
@@ -112,5 +114,9 @@ class Node:
         """What is wrong now beyond stale input, in words, for `health`."""
         return ()
 
+    def on_stop(self, now_ns: int) -> Outputs:  # noqa: ARG002
+        """Say the last words (a vehicle to be left in hold); they are sent before the process ends."""
+        return ()
+
     def close(self) -> None:
-        """Finish what is under way (a file to be completed); called once, last."""
+        """Let go of what is held (a file to be completed); called once, last."""

@@ -8,6 +8,7 @@ from schemas.settings.commander import CommanderSettings
 from schemas.settings.detector import DetectorSettings
 from schemas.settings.filter import FilterSettings
 from schemas.settings.geolocator import GeolocatorSettings
+from schemas.settings.lockstep import LockstepSettings
 from schemas.settings.pad import PadSettings
 from schemas.settings.recorder import RecorderSettings
 from schemas.settings.section import Section
@@ -32,3 +33,4 @@ class Settings(Section):
     commander: CommanderSettings = CommanderSettings()
     simulator: SimulatorSettings = SimulatorSettings()
     recorder: RecorderSettings = RecorderSettings()
+    lockstep: LockstepSettings = LockstepSettings()

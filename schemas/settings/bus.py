@@ -18,7 +18,7 @@ class BusSettings(Section):
     """Where this process may be reached; port 0 picks a free one. Empty for a client."""
     shared_memory: bool = True
     """Pass pixels through shared memory between processes on one host."""
-    max_clock_skew_s: float = Field(default=1.0, gt=0.0, le=60.0)
+    max_clock_skew_s: float = Field(default=0.2, gt=0.0, le=60.0)
     """A message that speaks of a time further in the future than this is refused."""
     health_period_s: float = Field(default=1.0, gt=0.0, le=60.0)
     """How often each service publishes its health."""
