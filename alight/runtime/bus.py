@@ -1,0 +1,128 @@
+"""The Zenoh session of one process: publishers and subscribers with the delivery class that the table gives."""
+
+import json
+import logging
+from collections.abc import Callable
+from typing import Any
+
+import zenoh
+import zenoh.ext
+
+from schemas.settings.bus import BusSettings
+from schemas.topics import Delivery, Topic
+from schemas.wire import WireMessage
+
+LOGGER = logging.getLogger("alight")
+
+LEASE_MS = 2000
+"""A peer that is silent for longer counts as gone (Zenoh's default, 10 s, is long in the air)."""
+
+OnSample = Callable[[Topic[Any], bytes, bytes | None, str], None]
+
+
+class BusError(Exception):
+    """The bus cannot be joined: which endpoint, why, and what to do."""
+
+
+class Bus:
+    """One process on the bus of one vehicle."""
+
+    def __init__(self, vehicle: str, settings: BusSettings) -> None:
+        """Join the bus.
+
+        Raises:
+            BusError: If an endpoint to listen on cannot be had.
+        """
+        zenoh.init_log_from_env_or("error")
+        self._vehicle = vehicle
+        try:
+            self._session = zenoh.open(_configuration(settings))
+        except zenoh.ZError as error:
+            raise BusError(
+                f"cannot join the bus (bus.listen = {list(settings.listen)}, bus.connect = {list(settings.connect)}): {error}; "
+                "is the port taken by another flight? Set bus.listen and bus.connect to a free one"
+            ) from None
+        self._publishers: dict[str, Any] = {}
+        self._held: list[Any] = []
+
+    def announce(self, service: str) -> None:
+        """Show that a service lives, for as long as this process does (a liveliness token)."""
+        self._held.append(self._session.liveliness().declare_token(alive_key(self._vehicle, service)))
+
+    def watch_alive(self, on_change: Callable[[str, bool], None]) -> None:
+        """Call back with (service, alive) whenever a service's token appears or vanishes."""
+
+        def on_sample(sample: zenoh.Sample) -> None:
+            on_change(str(sample.key_expr).rsplit("/", 1)[-1], sample.kind == zenoh.SampleKind.PUT)
+
+        key = alive_key(self._vehicle, "*")
+        self._held.append(self._session.liveliness().declare_subscriber(key, on_sample, history=True))
+
+    def publish(self, topic: Topic[Any], service: str, wire: WireMessage) -> None:
+        """Send one message."""
+        key = topic.key(self._vehicle, service)
+        publisher = self._publishers.get(key)
+        if publisher is None:
+            publisher = self._publishers[key] = self._declare_publisher(topic, key, wire.encoding)
+        publisher.put(wire.payload, attachment=wire.attachment)
+
+    def subscribe(self, topic: Topic[Any], on_sample: OnSample) -> None:
+        """Hand every sample of a topic to `on_sample`, which must return at once: it runs on Zenoh's receiving thread."""
+
+        def forward(sample: zenoh.Sample) -> None:
+            attachment = sample.attachment
+            on_sample(
+                topic,
+                sample.payload.to_bytes(),
+                None if attachment is None else attachment.to_bytes(),
+                str(sample.encoding),
+            )
+
+        key = topic.key(self._vehicle)
+        if topic.delivery is Delivery.STATE:
+            history = zenoh.ext.HistoryConfig(detect_late_publishers=True)
+            self._held.append(zenoh.ext.declare_advanced_subscriber(self._session, key, forward, history=history))
+        else:
+            self._held.append(self._session.declare_subscriber(key, forward))
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._session.close()  # type: ignore[no-untyped-call]
+
+    def _declare_publisher(self, topic: Topic[Any], key: str, encoding: str) -> Any:
+        common: dict[str, Any] = {"encoding": zenoh.Encoding(encoding), "express": True}
+        if topic.delivery is Delivery.STREAM:
+            control = zenoh.CongestionControl.DROP
+            return self._session.declare_publisher(key, congestion_control=control, **common)
+        control = zenoh.CongestionControl.BLOCK
+        if topic.delivery is Delivery.EVENT:
+            return self._session.declare_publisher(key, congestion_control=control, **common)
+        cache = zenoh.ext.CacheConfig(max_samples=1)
+        return zenoh.ext.declare_advanced_publisher(
+            self._session, key, cache=cache, publisher_detection=True, congestion_control=control, **common
+        )
+
+
+def alive_key(vehicle: str, service: str) -> str:
+    """Key of a service's liveliness token."""
+    return f"alight/{vehicle}/alive/{service}"
+
+
+def _configuration(settings: BusSettings) -> zenoh.Config:
+    config = zenoh.Config()
+    values: dict[str, object] = {
+        "mode": settings.mode,
+        "connect/endpoints": list(settings.connect),
+        "connect/timeout_ms": 0 if settings.mode == "peer" else 10_000,
+        "connect/exit_on_failure": settings.mode == "client",
+        "listen/endpoints": list(settings.listen),
+        # Multicast would reach beyond the hosts that the settings name.
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": True,
+        "transport/link/tx/lease": LEASE_MS,
+        "transport/shared_memory/enabled": settings.shared_memory,
+        "timestamping/enabled": True,
+    }
+    for key, value in values.items():
+        config.insert_json5(key, json.dumps(value))
+    return config

@@ -1,0 +1,131 @@
+"""One node in its own process: on Zenoh, on the wall clock, with ports to the outside.
+
+One thread runs the node. Zenoh's and the ports' threads only fill its mailbox, so a slow handler delays nobody's
+reception; what cannot wait is replaced by what is newer (frames).
+"""
+
+import heapq
+import os
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from alight.runtime.bus import Bus
+from alight.runtime.clock import NS_PER_S, WallClock, nanoseconds, seconds
+from alight.runtime.host import NodeHost
+from alight.runtime.mailbox import Letter, Mailbox
+from alight.runtime.node import Arrival, Node, Output, Publication, Transmission
+from alight.runtime.port import Port
+from schemas import topics
+from schemas.settings import Settings
+from schemas.topics import Topic
+from schemas.wire import encode
+
+IDLE_S = 0.2
+"""The loop looks at the stop flag at least this often."""
+
+
+class LiveRunner:
+    """Runs a node until told to stop."""
+
+    def __init__(self, node: Node, settings: Settings, ports: Mapping[str, Port], bus: Bus | None = None) -> None:
+        """Join the bus and open the ports.
+
+        Raises:
+            BusError: If the bus cannot be joined.
+            PortError: If a port cannot be opened.
+        """
+        self._clock = WallClock()
+        self._settings = settings
+        self._host = NodeHost(node, settings.bus, self._clock, pid=os.getpid(), strict=False)
+        self._mailbox = Mailbox(on_drop=self._host.health.dropped)
+        self._due: list[tuple[int, int, Output, Arrival[Any] | None]] = []
+        self._made = 0
+        self._stop = threading.Event()
+        self._ports = dict(ports)
+        for name, port in self._ports.items():
+            port.open(lambda data, name=name: self._mailbox.put(Letter(self._clock.now_ns(), payload=data, port=name)))  # type: ignore[misc]
+        self.bus = bus or Bus(settings.vehicle, settings.bus)
+        self.bus.announce(node.service)
+        for topic in node.subscriptions:
+            self.bus.subscribe(topic, self._on_sample)
+
+    def stop(self) -> None:
+        """Ask `run` to return; safe from a signal handler and from any thread."""
+        self._stop.set()
+
+    def run(self) -> None:
+        """Run the node until `stop`, then let it say its last words."""
+        period_ns = self._host.node.tick_period_ns
+        next_tick_ns = self._clock.now_ns()
+        next_health_ns = next_tick_ns + nanoseconds(self._settings.bus.health_period_s)
+        while not self._stop.is_set():
+            wake_ns = min(next_health_ns, next_tick_ns if period_ns else next_health_ns)
+            if self._due:
+                wake_ns = min(wake_ns, self._due[0][0])
+            self._take_one(seconds(wake_ns - self._clock.now_ns()))
+            now_ns = self._clock.now_ns()
+            self._release(now_ns)
+            if period_ns and now_ns >= next_tick_ns:
+                self._carry(self._host.tick(now_ns), None)
+                # A clock set back, or a long stall, must neither starve nor flood the node with ticks.
+                next_tick_ns = _next_due(next_tick_ns, period_ns, now_ns)
+            if now_ns >= next_health_ns or next_health_ns - now_ns > 10 * NS_PER_S:
+                self._carry([Publication(topics.HEALTH, self._host.health.report(now_ns))], None)
+                next_health_ns = now_ns + nanoseconds(self._settings.bus.health_period_s)
+        self._finish()
+
+    def _finish(self) -> None:
+        self._carry(self._host.stop(self._clock.now_ns()), None)
+        self._host.node.close()
+        time.sleep(0.05)  # the last datagrams and messages leave the process
+        for port in self._ports.values():
+            port.close()
+        self.bus.close()
+
+    def _on_sample(self, topic: Topic[Any], payload: bytes, attachment: bytes | None, encoding: str) -> None:
+        self._mailbox.put(Letter(self._clock.now_ns(), topic, payload, attachment, encoding))
+
+    def _take_one(self, timeout_s: float) -> None:
+        letter = self._mailbox.take(min(timeout_s, IDLE_S))
+        if letter is None:
+            return
+        if letter.topic is None:
+            self._carry(self._host.take_bytes(letter.port, letter.payload, self._clock.now_ns()), None)
+            return
+        arrival = self._host.admit_wire(
+            letter.topic, letter.payload, letter.attachment, letter.encoding, letter.received_at_ns
+        )
+        if arrival is not None:
+            self._carry(self._host.handle(arrival), arrival)
+
+    def _carry(self, outputs: Sequence[Output], cause: Arrival[Any] | None) -> None:
+        now_ns = self._clock.now_ns()
+        for output in outputs:
+            if output.release_at_ns is not None and output.release_at_ns > now_ns:
+                heapq.heappush(self._due, (output.release_at_ns, self._made, output, cause))
+                self._made += 1
+            else:
+                self._emit(output, cause)
+
+    def _release(self, now_ns: int) -> None:
+        while self._due and self._due[0][0] <= now_ns:
+            _, _, output, cause = heapq.heappop(self._due)
+            self._emit(output, cause)
+
+    def _emit(self, output: Output, cause: Arrival[Any] | None) -> None:
+        if isinstance(output, Transmission):
+            port = self._ports.get(output.port)
+            if port is not None:
+                port.send(output.data)
+            return
+        message = self._host.stamped(output, cause, self._clock.now_ns())
+        pixels = None if output.pixels is None else output.pixels.tobytes()
+        self.bus.publish(output.topic, self._host.node.service, encode(output.topic, message, pixels))
+
+
+def _next_due(due_ns: int, period_ns: int, now_ns: int) -> int:
+    if abs(now_ns - due_ns) > 10 * period_ns:
+        return now_ns + period_ns
+    return due_ns + period_ns

@@ -1,0 +1,8 @@
+"""`python -m services.filter`: run this service alone; it needs no station."""
+
+import sys
+
+from alight.runtime.service import main
+
+if __name__ == "__main__":
+    sys.exit(main("filter"))
