@@ -22,7 +22,7 @@ class InputHealth(Part):
     """Messages overwritten by newer ones before the service could take them up, since start."""
     refused: dict[str, Count]
     """Messages refused since start, by reason."""
-    age_s: float | None
+    age_s: float | None = None
     """Since the last accepted message, seconds; None if there was none."""
     stale: bool
     """Whether the topic has been silent for longer than its staleness limit."""
@@ -37,9 +37,9 @@ class OutputHealth(Part):
     """Messages published since the process started."""
     rate_hz: Annotated[float, Field(ge=0.0)]
     """Messages published a second, over the last period."""
-    latency_p50_ms: float | None
+    latency_p50_ms: float | None = None
     """Median from capture to publication over the last period, ms; None for what descends from no frame."""
-    latency_p99_ms: float | None
+    latency_p99_ms: float | None = None
     """99th percentile of the same, ms."""
 
 
@@ -56,9 +56,9 @@ class Health(Stamped):
     """What it reads."""
     outputs: tuple[OutputHealth, ...]
     """What it publishes."""
-    handling_p50_ms: float | None
+    handling_p50_ms: float | None = None
     """Median time to handle one message over the last period, ms."""
-    handling_p99_ms: float | None
+    handling_p99_ms: float | None = None
     """99th percentile of the same, ms."""
     counters: dict[str, Count]
     """The service's own counters since start, such as refused fixes by verdict."""

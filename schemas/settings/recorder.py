@@ -1,7 +1,29 @@
 """Settings of the recorder service."""
 
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field
+
 from schemas.settings.section import Section
 
 
 class RecorderSettings(Section):
     """What is written to the flight's file."""
+
+    directory: Path = Path("flights/recorded")
+    """Folder of the recording, made if it is missing. It is left out of the settings that the recording carries."""
+    file_name: str = Field(default="flight.mcap", pattern=r"^[A-Za-z0-9._-]{1,100}\.mcap$")
+    """Name of the file in that folder. Nothing is overwritten: a recorder that starts again goes on in `flight-2.mcap`."""
+    frames: Literal["jpeg", "png", "none"] = "jpeg"
+    """How pictures are kept: `jpeg` (about 1 ms and 50 kB each at 640x480), `png` (lossless, about 10 ms), `none`."""
+    jpeg_quality: int = Field(default=80, ge=1, le=100)
+    """Quality of JPEG pictures, 1 to 100."""
+    frame_rate_hz: float = Field(default=0.0, ge=0.0, le=1000.0)
+    """At most so many pictures a second, evenly spread; 0 keeps all. Frame headers are always kept."""
+    compression: Literal["zstd", "lz4", "none"] = "zstd"
+    """Compression of each chunk of the file."""
+    chunk_bytes: int = Field(default=4 * 1024 * 1024, ge=4096, le=256 * 1024 * 1024)
+    """A chunk is closed when it is longer than this, bytes before compression."""
+    flush_period_s: float = Field(default=0.5, gt=0.0, le=60.0)
+    """A chunk is closed and handed to the operating system at least so often, seconds: what a crash loses at most."""

@@ -1,1 +1,1 @@
-
+"""The recorder: writes every topic of a flight into one MCAP file."""

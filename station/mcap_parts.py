@@ -1,0 +1,161 @@
+"""Reads the MCAP files of one flight front to back, without trusting their index: a crash may have left none."""
+
+import base64
+import json
+import struct
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+import cv2
+import numpy as np
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.records import Attachment, Channel, Chunk, Footer, McapRecord, Metadata
+from mcap.records import Message as McapMessage
+from mcap.stream_reader import StreamReader, breakup_chunk
+from pydantic import ValidationError
+
+from alight.runtime.node import Pixels
+from schemas import topics
+from schemas.message import Message
+from schemas.wire import encoding_of
+from services.recorder import layout
+
+_LONGEST_RECORD_BYTES = 2**30
+_RECORD_HEAD_BYTES = 9
+_DAMAGE = (McapError, struct.error, ValueError, EOFError, RuntimeError, OverflowError, MemoryError)
+"""What the library and the decompressors raise on bytes that are not what they should be."""
+
+
+class FlightRecordError(ValueError):
+    """A recording that cannot be read: one line with the path and the remedy."""
+
+
+@dataclass(frozen=True)
+class PicturePlace:
+    """Where a picture lies: file, start of its chunk, number of the record in the chunk."""
+
+    path: Path
+    chunk_offset: int
+    record: int
+
+
+class PictureStore:
+    """Finds and decodes the pictures of a recording."""
+
+    def __init__(self, places: Mapping[int, PicturePlace] | None = None) -> None:
+        self._places = dict(sorted((places or {}).items()))
+
+    @property
+    def times_ns(self) -> tuple[int, ...]:
+        """Capture times, ascending, UTC ns."""
+        return tuple(self._places)
+
+    def picture(self, captured_at_ns: int) -> Pixels | None:
+        """Decode one picture; None if there is none or it is damaged."""
+        place = self._places.get(captured_at_ns)
+        if place is None:
+            return None
+        with place.path.open("rb") as file:
+            file.seek(place.chunk_offset + _RECORD_HEAD_BYTES)
+            record = breakup_chunk(Chunk.read(ReadDataStream(file)))[place.record]
+        if not isinstance(record, McapMessage):
+            return None
+        compressed = base64.b64decode(json.loads(record.data)["data"])
+        decoded = cv2.imdecode(np.frombuffer(compressed, np.uint8), cv2.IMREAD_UNCHANGED)
+        return None if decoded is None else np.asarray(decoded, np.uint8)
+
+
+class PartsReader:
+    """Goes through the files of one flight, part after part."""
+
+    def __init__(self, path: Path) -> None:
+        """Find the parts.
+
+        Raises:
+            FlightRecordError: If there is no such file.
+        """
+        if not path.is_file():
+            raise FlightRecordError(f"{path}: no such recording; give a flight's folder or its .mcap file")
+        self._parts = _parts(path)
+        self._unreadable: Counter[str] = Counter()
+        self._broken: list[str] = []
+        self.versions: dict[str, str] = {}
+        self.settings: bytes | None = None
+        self.pictures: dict[int, PicturePlace] = {}
+
+    def messages(self) -> Iterator[tuple[str, Message, int]]:
+        """Topic's name, message and time of recording (UTC ns) of everything that is whole, in file order."""
+        for path in self._parts:
+            with path.open("rb") as file:
+                channels: dict[int, Channel] = {}
+                for offset, record in self._records(file, path):
+                    if isinstance(record, Chunk):
+                        yield from self._chunk(record, channels, path, offset)
+                    else:
+                        self._note(record)
+
+    def defects(self) -> Iterator[str]:
+        """What is wrong, in words; complete after `messages` is through."""
+        yield from self._broken
+        for name, count in sorted(self._unreadable.items()):
+            yield f"{count} messages of {name} cannot be read by this version"
+
+    def _records(self, file: IO[bytes], path: Path) -> Iterator[tuple[int, McapRecord]]:
+        reader = StreamReader(file, emit_chunks=True, record_size_limit=_LONGEST_RECORD_BYTES).records
+        offset, finished = 0, False
+        while not finished:
+            try:
+                record = next(reader)
+            except (*_DAMAGE, StopIteration) as error:
+                if offset == 0:
+                    raise FlightRecordError(f"{path}: not an MCAP recording ({error})") from error
+                self._broken.append(f"{path.name} was not finished: what follows its last whole chunk is lost")
+                return
+            end = file.tell()
+            yield offset, record
+            offset, finished = end, isinstance(record, Footer)
+
+    def _note(self, record: McapRecord) -> None:
+        if isinstance(record, Metadata) and record.name == layout.PROVENANCE:
+            self.versions = record.metadata
+        if isinstance(record, Attachment) and record.name == layout.SETTINGS_ATTACHMENT:
+            self.settings = record.data
+
+    def _chunk(
+        self, chunk: Chunk, channels: dict[int, Channel], path: Path, offset: int
+    ) -> Iterator[tuple[str, Message, int]]:
+        try:
+            records = breakup_chunk(chunk, validate_crc=True)
+        except _DAMAGE:
+            self._broken.append(f"{path.name} has a damaged chunk at byte {offset}")
+            return
+        for number, record in enumerate(records):
+            if isinstance(record, Channel):
+                channels[record.id] = record
+            elif isinstance(record, McapMessage) and record.channel_id in channels:
+                channel = channels[record.channel_id]
+                if channel.topic.endswith(f"/{layout.IMAGE}"):
+                    self.pictures[record.publish_time] = PicturePlace(path, offset, number)
+                else:
+                    yield from self._message(channel, record)
+
+    def _message(self, channel: Channel, record: McapMessage) -> Iterator[tuple[str, Message, int]]:
+        topic = topics.BY_NAME.get(channel.metadata.get(layout.TOPIC, ""))
+        if topic is None or channel.metadata.get(layout.WIRE_ENCODING) != encoding_of(topic):
+            self._unreadable[channel.topic] += 1
+            return
+        try:
+            yield topic.name, topic.message.model_validate_json(record.data), record.log_time
+        except ValidationError:
+            self._unreadable[channel.topic] += 1
+
+
+def _parts(path: Path) -> list[Path]:
+    found = [path]
+    while (following := layout.part(path, len(found) + 1)).is_file():
+        found.append(following)
+    return found
