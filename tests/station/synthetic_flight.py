@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import cv2
@@ -64,6 +65,7 @@ class Flight:
     with_truth: bool = True
     with_pixels: bool = False
 
+    @cache
     def spoken(self) -> list[Spoken]:
         """Everything said during the flight, in order."""
         said = [

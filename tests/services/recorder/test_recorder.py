@@ -95,9 +95,7 @@ def whole_messages(path: Path) -> list[Message]:
     """What a reader that goes front to back gets out of a file without an end."""
     kept: list[Message] = []
     with path.open("rb") as file, suppress(EndOfFile):
-        for record in StreamReader(file).records:
-            if isinstance(record, Message):
-                kept.append(record)
+        kept.extend(record for record in StreamReader(file).records if isinstance(record, Message))
     return kept
 
 
