@@ -32,6 +32,10 @@ class FixVerdict(StrEnum):
     """The pad would lie above the vehicle."""
     NOT_FINITE = "not_finite"
     """The chain yielded NaN or infinity, or a rotation that is none."""
+    BAD_COVARIANCE = "bad_covariance"
+    """The detection's covariance is not symmetric positive definite: nobody knows how sure it is."""
+    OUT_OF_ORDER = "out_of_order"
+    """The capture is not later than that of the detection before."""
 
 
 class PadPosition(Part):
@@ -57,12 +61,12 @@ class PadFix(Traced):
     corrected: PadPosition | None = None
     """After it (Eq. 22-26)."""
     covariance_ned_m2: Matrix3 | None = None
-    """Covariance of the corrected `pad_ned_m`, m^2."""
+    """Covariance of the corrected `pad_ned_m` as a place in the vehicle's navigation solution, m^2."""
     azimuth_variance_rad2: Annotated[float, Field(ge=0.0)] | None = None
     """Variance of the azimuth, rad^2."""
     vehicle_position: GlobalPosition | None = None
     """Where the vehicle was at capture time."""
     pose_offset_s: float | None = None
-    """Capture time minus the nearest vehicle sample used; positive when the pose was extrapolated, seconds."""
+    """Capture time minus the newer vehicle sample used; positive exactly when the pose was extrapolated, seconds."""
     latency_s: float | None = None
     """From the light on the sensor to this fix, seconds."""

@@ -1,7 +1,122 @@
 """Settings of the geolocator service."""
 
+from typing import Annotated, Literal
+
+from pydantic import Field
+
 from schemas.settings.section import Section
+
+SmallAngle = Annotated[float, Field(ge=-45.0, le=45.0)]
+LeverArm = Annotated[float, Field(ge=-10.0, le=10.0)]
+Standard = Annotated[float, Field(ge=0.0, le=100.0)]
+"""A standard deviation."""
+
+
+class Mount(Section):
+    """Where the camera sits, and which way it looks where no gimbal reports its angles.
+
+    The misalignment turns the whole mount (or gimbal) about the body's axes, after its nominal orientation:
+    `q_body_gimbal = q(misalignment) * q(nominal or measured)`, both as yaw, pitch, roll (ZYX).
+    """
+
+    roll_deg: float = Field(default=0.0, ge=-180.0, le=180.0)
+    """Nominal roll of a fixed mount, degrees."""
+    pitch_deg: float = Field(default=-90.0, ge=-90.0, le=90.0)
+    """Nominal pitch of a fixed mount, degrees; -90 looks straight down (Section 2.4)."""
+    yaw_deg: float = Field(default=0.0, ge=-180.0, le=180.0)
+    """Nominal yaw of a fixed mount, degrees."""
+    misalignment_roll_deg: SmallAngle = 0.0
+    """Known installation error about the body's forward axis, degrees."""
+    misalignment_pitch_deg: SmallAngle = 0.0
+    """Known installation error about the body's right axis, degrees."""
+    misalignment_yaw_deg: SmallAngle = 0.0
+    """Known installation error about the body's down axis, degrees; positive is clockwise seen from above."""
+    forward_m: LeverArm = 0.0
+    """Camera in the body frame, forward of its origin, metres."""
+    right_m: LeverArm = 0.0
+    """Camera in the body frame, to the right, metres."""
+    down_m: LeverArm = 0.1
+    """Camera in the body frame, below its origin, metres (Section 2.4)."""
+
+
+class PoseLookup(Section):
+    """How the vehicle's pose at capture time is found."""
+
+    history_s: float = Field(default=5.0, ge=3.0, le=60.0)
+    """How far back poses are kept, seconds."""
+    max_extrapolation_s: float = Field(default=0.15, ge=0.0, le=1.0)
+    """How far beyond the newest pose a capture may lie, seconds; a later one is refused."""
+    max_gap_s: float = Field(default=0.2, gt=0.0, le=5.0)
+    """How far apart the two poses around a capture may be, seconds; a wider gap is refused."""
+    gimbal_max_age_s: float = Field(default=0.5, gt=0.0, le=10.0)
+    """How far from a capture the nearest gimbal angles may be, seconds, once a gimbal has reported any."""
+
+
+class LevelPrior(Section):
+    """The pad lies flat: this decides between the two planar solutions where the picture cannot."""
+
+    max_pad_tilt_deg: float = Field(default=15.0, gt=0.0, le=90.0)
+    """How far the pad may be from level, degrees. What the picture cannot tell is granted on top; see `services/geolocator/planar.py`."""
+
+
+class FixUncertainty(Section):
+    """Standard deviations behind a fix's covariance, beyond that of the corners."""
+
+    roll_pitch_deg: Standard = 0.5
+    """Attitude and mount, about each horizontal axis, degrees."""
+    yaw_deg: Standard = 1.5
+    """Heading and mount, about the vertical axis, degrees."""
+    time_s: Standard = 0.005
+    """Capture time against pose time, seconds; the link's own clock uncertainty is added."""
+    position_m: Standard = 0.05
+    """Short-term error of the vehicle's position, each axis, metres."""
+    focal_fraction: Standard = 0.002
+    """Focal length, as a fraction of it: acts on the distance along the optical axis."""
+    principal_point_px: Standard = 0.5
+    """Principal point, each axis, pixels."""
+    acceleration_mps2: Standard = 3.0
+    """Acceleration that interpolation and extrapolation do not know of, each axis, m/s^2."""
+    angular_acceleration_rps2: Standard = 5.0
+    """Angular acceleration that they do not know of, each axis, rad/s^2."""
+
+
+class Correction(Section):
+    """The systematic error of the vehicle-to-pad vector in cylindrical coordinates (Eq. 22-26).
+
+    Every bias is measured minus true, and is subtracted. Angles are azimuths from north, clockwise. The paper measures its angle from
+    east, so its published angle has the opposite sign here.
+    """
+
+    method: Literal["none", "cylindrical"] = "none"
+    """Whether to correct."""
+    theta_deg: float = Field(default=0.0, ge=-180.0, le=180.0)
+    """Bias of the azimuth from vehicle to pad, degrees."""
+    alpha_r: float = Field(default=0.0, gt=-1.0, lt=1.0)
+    """Bias of the horizontal distance per metre of it, dimensionless."""
+    beta_r_m: float = Field(default=0.0, ge=-10.0, le=10.0)
+    """Constant bias of the horizontal distance, metres."""
+    beta_d_m: float = Field(default=0.0, ge=-10.0, le=10.0)
+    """Bias of the vehicle's height above the pad, metres."""
+    turn_azimuth: bool = True
+    """Subtract the angle from the pad's azimuth, too: true if the angle comes from the camera's mount, which turns both."""
+
+
+PAPER_MEAN_CORRECTION = Correction(
+    method="cylindrical", theta_deg=4.007078, alpha_r=2.4923e-2, beta_r_m=2.778497e-2, beta_d_m=0.488412
+)
+"""The paper's camera (Table 3, row "Mean"; Fig. 12), at 10 m above the pad."""
+
+PAPER_MEDIAN_CORRECTION = Correction(
+    method="cylindrical", theta_deg=4.056872, alpha_r=2.4923e-2, beta_r_m=2.778497e-2, beta_d_m=0.545400
+)
+"""The same by medians (Table 3, row "Median"; Fig. 12)."""
 
 
 class GeolocatorSettings(Section):
     """How a detection becomes a place on the earth."""
+
+    mount: Mount = Mount()
+    lookup: PoseLookup = PoseLookup()
+    level: LevelPrior = LevelPrior()
+    uncertainty: FixUncertainty = FixUncertainty()
+    correction: Correction = Correction()

@@ -1,1 +1,1 @@
-
+"""Where on the earth is the pad that a frame shows."""
