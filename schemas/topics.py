@@ -118,7 +118,7 @@ MISSION_STATUS = _row("commander/mission",   MissionStatus,     Delivery.STATE, 
                      hz=5, stale_after_s=2)
 REQUEST = _row(      "commander/request",    MissionRequest,    Delivery.EVENT,  "station",     "commander recorder")
 REPLY = _row(        "commander/reply",      MissionReply,      Delivery.EVENT,  "commander",   "station recorder")
-HEALTH = _row(       "health",               Health,            Delivery.STATE,  " ".join(sorted(SERVICES)), "recorder station",
+HEALTH = _row(       "health",               Health,            Delivery.STATE,  " ".join(sorted(SERVICES | {"station"})), "recorder station",
                      hz=1, stale_after_s=3, per_service=True)
 GROUND_TRUTH = _row( "truth",                GroundTruth,       Delivery.STATE,  "simulator",   "camera recorder station",
                      hz=60, stale_after_s=1)

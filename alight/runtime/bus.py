@@ -36,7 +36,7 @@ class Bus:
         zenoh.init_log_from_env_or("error")
         self._vehicle = vehicle
         try:
-            self._session = zenoh.open(_configuration(settings))
+            self._session = zenoh.open(configuration(settings))
         except zenoh.ZError as error:
             raise BusError(
                 f"cannot join the bus (bus.listen = {list(settings.listen)}, bus.connect = {list(settings.connect)}): {error}; "
@@ -108,7 +108,8 @@ def alive_key(vehicle: str, service: str) -> str:
     return f"alight/{vehicle}/alive/{service}"
 
 
-def _configuration(settings: BusSettings) -> zenoh.Config:
+def configuration(settings: BusSettings) -> zenoh.Config:
+    """Zenoh's configuration for these settings."""
     config = zenoh.Config()
     values: dict[str, object] = {
         "mode": settings.mode,

@@ -1,0 +1,1 @@
+"""What is printed: marker families and their codes."""

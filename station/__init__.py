@@ -1,0 +1,1 @@
+"""The ground station, where people sit: the command line, starting and watching services, flights, reports."""

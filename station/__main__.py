@@ -1,0 +1,135 @@
+"""The command `alight`."""
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from alight.runtime.service import add_service_arguments, run_service
+from schemas.mission import Verb
+from schemas.topics import SERVICES
+
+DESCRIPTION = """\
+Alight lands a multirotor on a printed marker, by one camera, through the autopilot's own position guidance.
+
+Five small processes pass messages to each other (Zenoh; on one machine or on several):
+
+  camera -> detector -> geolocator -> filter -> commander -> MAVLink -> PX4
+  frames    marker      where on      smoothed   glides down, holds
+            corners     the earth     estimate   when in doubt
+
+start here:
+  alight fly                 land a simulated drone, write a recording and a report with pictures
+  alight fly --help          wind, seeds, the paper's flights, a PX4 SITL, a real vehicle
+  alight detect IMAGE...     what the detector sees in your own pictures
+
+in flight, from any machine on the bus:
+  alight status | land | hold | abort
+
+afterwards:
+  alight report flights/<time>/flight.mcap
+"""
+
+EPILOG = "Every setting is in docs/settings.md; when something is odd, docs/troubleshooting.md: symptom, cause, remedy."
+
+Run = Callable[[argparse.Namespace], int]
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run one command; the exit status."""
+    arguments = parser().parse_args(words)
+    run: Run = arguments.run
+    try:
+        return run(arguments)
+    except KeyboardInterrupt:
+        return 130
+    except BrokenPipeError:
+        return 0
+
+
+def parser() -> argparse.ArgumentParser:
+    """All commands and their options."""
+    root = argparse.ArgumentParser(
+        prog="alight",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    commands = root.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    _add_fly(commands)
+    _add_run(commands)
+    _add_asking(commands)
+    _add_detect(commands)
+    _add_report(commands)
+    _add_schema(commands)
+    return root
+
+
+def _add_fly(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    from station import fly  # noqa: PLC0415 - each command loads what it needs, so that --help is quick
+
+    command = commands.add_parser(
+        "fly", help="fly a landing and report on it", description="Fly a landing and report on it."
+    )
+    fly.add_arguments(command)
+    command.set_defaults(run=fly.run)
+
+
+def _add_run(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    command = commands.add_parser("run", help="run one service in this process", description="Run one service here.")
+    command.add_argument("service", choices=sorted(SERVICES))
+    add_service_arguments(command)
+    command.set_defaults(run=lambda arguments: run_service(arguments.service, arguments))
+
+
+def _add_asking(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    from station import ask  # noqa: PLC0415
+
+    meanings = {
+        Verb.LAND: "ask the commander to land on the pad",
+        Verb.HOLD: "ask it to hold where it is",
+        Verb.ABORT: "ask it to give the landing up and hold",
+    }
+    for verb, meaning in meanings.items():
+        command = commands.add_parser(verb.value, help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
+        ask.add_arguments(command)
+        command.set_defaults(run=partial(ask.run_verb, verb))
+    command = commands.add_parser("status", help="what is on the bus, and how it is", description="Look at the bus.")
+    ask.add_arguments(command)
+    command.set_defaults(run=ask.run_status)
+
+
+def _add_detect(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    from station import detect  # noqa: PLC0415
+
+    meaning = "find markers in pictures and videos"
+    command = commands.add_parser("detect", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
+    detect.add_arguments(command)
+    command.set_defaults(run=detect.run)
+
+
+def _add_report(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    from station import report_command  # noqa: PLC0415
+
+    meaning = "write the report of a recorded flight"
+    command = commands.add_parser("report", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
+    report_command.add_arguments(command)
+    command.set_defaults(run=report_command.run)
+
+
+def _add_schema(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    from station import schema_export  # noqa: PLC0415
+
+    command = commands.add_parser(
+        "schema", help="export the messages' JSON Schemas", description="The messages' schemas."
+    )
+    actions = command.add_subparsers(title="actions", metavar="ACTION", required=True)
+    export = actions.add_parser(
+        "export", help="write them to a folder", description="Write the JSON Schemas to a folder."
+    )
+    schema_export.add_arguments(export)
+    export.set_defaults(run=schema_export.run)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,232 @@
+"""The director asks for a flight and follows it: take off and fly to the start if told to, then land.
+
+It is a node like any other, so a live and a lockstep flight are directed by the same code. It commands nothing itself: it
+asks the commander, and asks again for a landing that a restart of the commander cut off.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from alight.runtime.clock import nanoseconds, seconds
+from alight.runtime.node import Arrival, Node, Output, Publication
+from schemas import topics
+from schemas.detection import Detection
+from schemas.estimate import PadEstimate
+from schemas.health import Health
+from schemas.message import Vector3
+from schemas.mission import MissionReply, MissionRequest, MissionStatus, Phase, Verb
+from schemas.settings import Settings
+from schemas.truth import GroundTruth
+from schemas.vehicle import LandedState, VehicleStatus
+
+ASK_AGAIN_S = 1.0
+"""A request without a reply is repeated after this; its id stays, so it is acted on once."""
+MAX_LANDING_REQUESTS = 4
+"""How often a landing is asked for before the flight counts as failed."""
+RESTARTED = "restarted_in_flight"
+"""The code with which a commander holds that was restarted in the air and so forgot what it was asked."""
+FORGOTTEN_AFTER_S = 1.5
+"""A commander that is idle so long after it took a request has forgotten it."""
+
+
+class Stage(StrEnum):
+    """Where the director is."""
+
+    CONNECTING = "connecting"
+    """Waiting for vehicle, commander and detector."""
+    GOING_UP = "going up"
+    """Takeoff and transit were asked for."""
+    LANDING = "landing"
+    """Landing was asked for."""
+    OVER = "over"
+    """Landed or not: nothing more is asked."""
+
+
+@dataclass(frozen=True)
+class FlightPlan:
+    """What shall be flown."""
+
+    takeoff_to_ned_m: Vector3 | None
+    """Take off and fly there first, north, east, down of the point of takeoff, metres; None expects it in the air."""
+    connect_timeout_s: float = 30.0
+    """How long to wait for vehicle, commander and detector."""
+    flight_timeout_s: float = 300.0
+    """How long the flight may take in all."""
+
+
+@dataclass
+class View:
+    """The newest of everything, for the progress display."""
+
+    mission: MissionStatus | None = None
+    vehicle: VehicleStatus | None = None
+    estimate: PadEstimate | None = None
+    truth: GroundTruth | None = None
+    health: dict[str, Health] = field(default_factory=dict)
+    frames_seen: int = 0
+    frames_with_pad: int = 0
+
+
+class FlightDirector(Node):
+    """Asks for the flight in `plan` and says when it is over, and how it ended."""
+
+    service = "station"
+    tick_period_ns = nanoseconds(0.1)
+
+    def __init__(self, settings: Settings, plan: FlightPlan) -> None:
+        super().__init__()
+        self.view = View()
+        self.stage = Stage.CONNECTING
+        self.failure: str | None = None
+        """Why the flight failed; None while it goes on, and after a good one."""
+        self._settings = settings
+        self._plan = plan
+        self._started_ns: int | None = None
+        self._pending: MissionRequest | None = None
+        self._asked_ns = 0
+        self._requests = 0
+        self._landing_requests = 0
+        self.subscribe(topics.MISSION_STATUS, self._on_mission)
+        self.subscribe(topics.VEHICLE_STATUS, self._on_vehicle)
+        self.subscribe(topics.REPLY, self._on_reply)
+        self.subscribe(topics.DETECTION, self._on_detection)
+        self.subscribe(topics.PAD_ESTIMATE, self._on_estimate)
+        self.subscribe(topics.HEALTH, self._on_health)
+        self.subscribe(topics.GROUND_TRUTH, self._on_truth)
+
+    @property
+    def over(self) -> bool:
+        """Whether the flight has ended, well or not."""
+        return self.stage is Stage.OVER
+
+    def on_tick(self, now_ns: int) -> Iterator[Output]:
+        """Ask for what is due; see `Node.on_tick`."""
+        if self._started_ns is None:
+            self._started_ns = now_ns
+        elapsed_s = seconds(now_ns - self._started_ns)
+        if self.over:
+            return
+        if elapsed_s > self._plan.flight_timeout_s:
+            self._fail(f"not landed {self._plan.flight_timeout_s:.0f} s after the start: {self._where()}")
+        elif self.stage is Stage.CONNECTING:
+            yield from self._connect(now_ns, elapsed_s)
+        elif self._pending is not None and seconds(now_ns - self._asked_ns) > ASK_AGAIN_S:
+            yield self._send(self._pending.model_copy(update={"at_ns": now_ns}), now_ns)
+
+    def _connect(self, now_ns: int, elapsed_s: float) -> Iterator[Output]:
+        missing = self._missing()
+        if missing is None:
+            grounded = self.view.vehicle is not None and self.view.vehicle.landed_state is LandedState.ON_GROUND
+            if not grounded:
+                yield from self._ask_landing(now_ns)
+            elif self._plan.takeoff_to_ned_m is not None:
+                self.stage = Stage.GOING_UP
+                yield self._ask(Verb.TAKEOFF, now_ns, start_ned_m=self._plan.takeoff_to_ned_m)
+            else:
+                self._fail("the vehicle stands on the ground: take off by hand first, or add --takeoff")
+        elif elapsed_s > self._plan.connect_timeout_s:
+            self._fail(f"{missing} after {self._plan.connect_timeout_s:.0f} s")
+
+    def _missing(self) -> str | None:
+        vehicle = self.view.vehicle
+        if self.view.mission is None:
+            return "no commander is answering: is it running, and on this bus?"
+        if vehicle is None or not vehicle.connected:
+            return f"no vehicle is answering at {self._settings.commander.vehicle_url}: is it on, and sending there?"
+        if self.view.frames_seen == 0:
+            return "no detections are coming: are camera and detector running?"
+        if vehicle.landed_state is LandedState.UNDEFINED:
+            return "the vehicle does not say whether it is on the ground"
+        if vehicle.landed_state is LandedState.ON_GROUND and not vehicle.ready_to_arm:
+            return f"the vehicle is not ready to arm ({vehicle.last_text or 'no reason given'})"
+        return None
+
+    def _on_mission(self, arrival: Arrival[MissionStatus]) -> Iterator[Output]:
+        mission = arrival.message
+        self.view.mission = mission
+        now_ns = arrival.now_ns
+        if self.stage is Stage.GOING_UP:
+            yield from self._follow_up(mission, now_ns)
+        elif self.stage is Stage.LANDING and self._pending is None:
+            yield from self._follow_down(mission, now_ns)
+
+    def _follow_up(self, mission: MissionStatus, now_ns: int) -> Iterator[Output]:
+        if self._pending is None and mission.phase is Phase.HOLD and mission.code == "at_start":
+            yield from self._ask_landing(now_ns)
+        elif self._pending is None and self._lost_memory(mission):
+            # Where the vehicle is by now nobody knows: what can still be done safely is to land.
+            yield from self._ask_landing(now_ns)
+        elif mission.phase in (Phase.FAILED, Phase.YIELDED, Phase.ABORTED):
+            self._fail(f"{mission.phase}: {mission.reason}")
+
+    def _follow_down(self, mission: MissionStatus, now_ns: int) -> Iterator[Output]:
+        if mission.phase is Phase.LANDED:
+            self.stage = Stage.OVER
+        elif self._lost_memory(mission):
+            if self._landing_requests < MAX_LANDING_REQUESTS:
+                yield from self._ask_landing(now_ns)
+            else:
+                self._fail(f"the commander restarted {self._landing_requests} times")
+        elif mission.phase in (Phase.FAILED, Phase.YIELDED, Phase.ABORTED):
+            self._fail(f"{mission.phase}: {mission.reason}")
+
+    def _on_reply(self, arrival: Arrival[MissionReply]) -> Iterator[Output]:
+        reply = arrival.message
+        if self._pending is not None and reply.request_id == self._pending.request_id:
+            verb, self._pending = self._pending.verb, None
+            if not reply.accepted:
+                self._fail(f"{verb} was refused: {reply.reason}")
+        return iter(())
+
+    def _on_vehicle(self, arrival: Arrival[VehicleStatus]) -> Iterator[Output]:
+        self.view.vehicle = arrival.message
+        return iter(())
+
+    def _on_estimate(self, arrival: Arrival[PadEstimate]) -> Iterator[Output]:
+        self.view.estimate = arrival.message
+        return iter(())
+
+    def _on_truth(self, arrival: Arrival[GroundTruth]) -> Iterator[Output]:
+        self.view.truth = arrival.message
+        return iter(())
+
+    def _on_health(self, arrival: Arrival[Health]) -> Iterator[Output]:
+        self.view.health[arrival.message.service] = arrival.message
+        return iter(())
+
+    def _on_detection(self, arrival: Arrival[Detection]) -> Iterator[Output]:
+        pad = self._settings.pad
+        self.view.frames_seen += 1
+        self.view.frames_with_pad += any(
+            marker.id == pad.id and marker.family == pad.family for marker in arrival.message.markers
+        )
+        return iter(())
+
+    def _ask_landing(self, now_ns: int) -> Iterator[Output]:
+        self.stage = Stage.LANDING
+        self._landing_requests += 1
+        yield self._ask(Verb.LAND, now_ns)
+
+    def _ask(self, verb: Verb, now_ns: int, start_ned_m: Vector3 | None = None) -> Output:
+        self._requests += 1
+        request_id = f"flight-{now_ns}-{self._requests}"
+        request = MissionRequest(at_ns=now_ns, request_id=request_id, verb=verb, start_ned_m=start_ned_m)
+        return self._send(request, now_ns)
+
+    def _send(self, request: MissionRequest, now_ns: int) -> Output:
+        self._pending, self._asked_ns = request, now_ns
+        return Publication(topics.REQUEST, request)
+
+    def _fail(self, reason: str) -> None:
+        self.failure = reason
+        self.stage = Stage.OVER
+
+    def _where(self) -> str:
+        mission = self.view.mission
+        return f"{mission.phase}: {mission.reason}" if mission else "no word from the commander"
+
+    def _lost_memory(self, mission: MissionStatus) -> bool:
+        if mission.phase is Phase.HOLD:
+            return mission.code == RESTARTED
+        return mission.phase is Phase.IDLE and seconds(mission.at_ns - self._asked_ns) > FORGOTTEN_AFTER_S

@@ -1,0 +1,93 @@
+"""A flight with every service as its own process on Zenoh."""
+
+import threading
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from alight.runtime.bus import Bus
+from alight.runtime.live import LiveRunner
+from schemas.settings import Settings
+from schemas.settings.bus import BusSettings
+from station.director import FlightDirector, FlightPlan
+from station.progress import Progress
+from station.supervisor import Incident, ServiceError, Supervisor
+
+SETTLE_S = 1.0
+"""Flown on after the end, so that the recording shows the vehicle at rest."""
+POLL_S = 0.05
+
+
+@dataclass
+class LiveOutcome:
+    """How a live flight went."""
+
+    failure: str | None = None
+    """None after a landing."""
+    incidents: list[Incident] = field(default_factory=list)
+    """Services that died and were started again."""
+
+
+def rendezvous(settings: BusSettings) -> BusSettings:
+    """The station's side of the bus: it listens where the services look for it.
+
+    Zenoh's gossip tells the services of each other there; their messages then go directly, not through the station.
+    """
+    if settings.mode == "client":
+        return settings
+    local = tuple(endpoint for endpoint in settings.connect if "127.0.0.1" in endpoint or "localhost" in endpoint)
+    remote = tuple(endpoint for endpoint in settings.connect if endpoint not in local)
+    return settings.model_copy(update={"listen": local or settings.listen, "connect": remote})
+
+
+def fly_live(
+    settings: Settings, plan: FlightPlan, services: tuple[str, ...], settings_file: Path, log_directory: Path
+) -> LiveOutcome:
+    """Start the services, direct the flight, stop them all. Ctrl-C ends it in order.
+
+    Raises:
+        BusError: If the bus cannot be joined.
+        ServiceError: If a service's settings or port are at fault.
+    """
+    director = FlightDirector(settings, plan)
+    bus = Bus(settings.vehicle, rendezvous(settings.bus))
+    runner = LiveRunner(director, settings, ports={}, bus=bus)
+    thread = threading.Thread(target=runner.run, daemon=True)
+    supervisor = Supervisor(settings_file, log_directory)
+    outcome = LiveOutcome(incidents=supervisor.incidents)
+    try:
+        supervisor.start(services)
+        thread.start()
+        _follow(director, supervisor)
+        outcome.failure = director.failure
+        _settle(supervisor)
+    except KeyboardInterrupt:
+        outcome.failure = "stopped by the operator"
+    except ServiceError as error:
+        outcome.failure = str(error)
+    finally:
+        supervisor.stop()
+        runner.stop()
+        thread.join(timeout=3.0)
+    return outcome
+
+
+def _follow(director: FlightDirector, supervisor: Supervisor) -> None:
+    progress = Progress(director)
+    began_s = time.monotonic()
+    told = 0
+    while not director.over:
+        supervisor.watch()
+        for incident in supervisor.incidents[told:]:
+            progress.say(f"!! {incident.service} {incident.cause}: starting it again")
+        told = len(supervisor.incidents)
+        progress.show(began_s)
+        time.sleep(POLL_S)
+    progress.say("")
+
+
+def _settle(supervisor: Supervisor) -> None:
+    until_s = time.monotonic() + SETTLE_S
+    while time.monotonic() < until_s:
+        supervisor.watch()
+        time.sleep(POLL_S)

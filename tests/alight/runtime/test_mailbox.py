@@ -1,0 +1,60 @@
+"""The mailbox: order, newest-wins for frames, nothing lost that must not be."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from alight.runtime.mailbox import CAPACITY, Letter, Mailbox
+from schemas import topics
+from schemas.topics import Topic
+
+TOPICS = {"frame": topics.FRAME, "state": topics.PAD_FIX, "event": topics.REQUEST}
+
+
+def drained(mailbox: Mailbox) -> list[Letter]:
+    letters = []
+    while (letter := mailbox.take(timeout_s=0.0)) is not None:
+        letters.append(letter)
+    return letters
+
+
+@given(kinds=st.lists(st.sampled_from(sorted(TOPICS)), max_size=60))
+def test_frames_give_way_to_newer_ones_and_all_else_keeps_its_order(kinds: list[str]) -> None:
+    dropped: list[Topic] = []
+    mailbox = Mailbox(on_drop=dropped.append)
+    for number, kind in enumerate(kinds):
+        mailbox.put(Letter(number, TOPICS[kind]))
+    taken = drained(mailbox)
+    numbers = [letter.received_at_ns for letter in taken]
+    frames = [number for number, kind in enumerate(kinds) if kind == "frame"]
+    others = [number for number, kind in enumerate(kinds) if kind != "frame"]
+    assert numbers == sorted(numbers)
+    assert [number for number in numbers if number in others] == others
+    assert [number for number in numbers if number in frames] == frames[-1:]
+    assert len(dropped) == max(0, len(frames) - 1)
+
+
+def test_a_frame_taken_up_is_not_replaced() -> None:
+    mailbox = Mailbox(on_drop=lambda _: None)
+    mailbox.put(Letter(1, topics.FRAME))
+    assert mailbox.take(0.0) is not None
+    mailbox.put(Letter(2, topics.FRAME))
+    assert [letter.received_at_ns for letter in drained(mailbox)] == [2]
+
+
+def test_a_flood_of_state_costs_the_oldest_state_and_no_event() -> None:
+    dropped: list[Topic] = []
+    mailbox = Mailbox(on_drop=dropped.append)
+    mailbox.put(Letter(0, topics.REQUEST))
+    for number in range(1, CAPACITY + 11):
+        mailbox.put(Letter(number, topics.PAD_FIX))
+    taken = [letter.received_at_ns for letter in drained(mailbox)]
+    assert taken[0] == 0
+    assert taken[1:] == list(range(12, CAPACITY + 11))
+    assert len(dropped) == 11
+
+
+def test_bytes_from_a_port_wait_in_line_with_messages() -> None:
+    mailbox = Mailbox(on_drop=lambda _: None)
+    mailbox.put(Letter(1, topics.PAD_FIX))
+    mailbox.put(Letter(2, payload=b"abc", port="vehicle"))
+    assert [letter.port for letter in drained(mailbox)] == ["", "vehicle"]
