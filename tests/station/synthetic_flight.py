@@ -65,14 +65,14 @@ class Flight:
     with_truth: bool = True
     with_pixels: bool = False
 
-    @cache
-    def spoken(self) -> list[Spoken]:
+    @property
+    def end_ns(self) -> int:
+        """When the record ends."""
+        return _ns(END_S if self.abort_at_s is None else self.abort_at_s + 2.0)
+
+    def spoken(self) -> tuple[Spoken, ...]:
         """Everything said during the flight, in order."""
-        said = [
-            *self._truth(), *self._vehicle(), *self._vision(), *self._mission(), *self._health(), *_requests()
-        ]  # fmt: skip
-        end_ns = _ns(END_S if self.abort_at_s is None else self.abort_at_s + 2.0)
-        return sorted((one for one in said if one.at_ns <= end_ns), key=lambda one: one.at_ns)
+        return _spoken(self)
 
     def record(self) -> FlightRecord:
         """The same as if read from a recording without pictures."""
@@ -174,7 +174,7 @@ class Flight:
             height_px=480,
             source="synthetic",
         )
-        pixels = painted(corners_px) if self.with_pixels else None
+        pixels = painted(corners_px) if self.with_pixels and captured_ns <= self.end_ns else None
         return Spoken(captured_ns + nanoseconds(0.006), topics.FRAME, header, pixels)
 
     def _steer(self, captured_ns: int, fix: PadFix, t_s: float) -> Iterator[Spoken]:
@@ -252,6 +252,13 @@ class Flight:
             counters={"handler_errors": 0},
             complaints=("filter/estimate silent for 1.2 s",) if restart_s is not None and t_s == restart_s else (),
         )
+
+
+@cache
+def _spoken(flight: Flight) -> tuple[Spoken, ...]:
+    parts = (flight._truth(), flight._vehicle(), flight._vision(), flight._mission(), flight._health(), _requests())
+    said = [one for part in parts for one in part if one.at_ns <= flight.end_ns]
+    return tuple(sorted(said, key=lambda one: one.at_ns))
 
 
 def pad_corners_px(vehicle_from_pad_ned_m: np.ndarray) -> np.ndarray:

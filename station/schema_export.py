@@ -1,0 +1,86 @@
+"""`alight schema export DIR`: the contract as JSON Schemas, so that a service can be written in any language."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from schemas import topics
+from schemas.message import SCHEMA_VERSION
+from schemas.topics import Topic
+from schemas.wire import encoding_of
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe `alight schema`."""
+    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+    export = actions.add_parser(
+        "export", help="write a JSON Schema for each topic and topics.json, the table of topics, into a folder"
+    )
+    export.add_argument("directory", type=Path, metavar="DIR", help="folder to write into, made if it is missing")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Carry out `alight schema export DIR`; returns the exit status."""
+    try:
+        written = export(arguments.directory)
+    except OSError as error:
+        print(f"{arguments.directory} cannot be written ({error.strerror}): choose another folder", file=sys.stderr)
+        return 1
+    print(f"{len(written)} files written to {arguments.directory}; begin with topics.json")
+    return 0
+
+
+def export(directory: Path) -> list[Path]:
+    """Write the schemas and the table.
+
+    Raises:
+        OSError: If the folder cannot be written.
+    """
+    directory.mkdir(parents=True, exist_ok=True)
+    files = {schema_file(topic): schema_of(topic) for topic in topics.TOPICS}
+    files["topics.json"] = topics_index()
+    for name, content in files.items():
+        (directory / name).write_text(json.dumps(content, indent=2) + "\n")
+    return [directory / name for name in files]
+
+
+def schema_file(topic: Topic[Any]) -> str:
+    """Name of a topic's file, such as `geolocator.fix.schema.json`."""
+    return f"{topic.name.replace('/', '.')}.schema.json"
+
+
+def schema_of(topic: Topic[Any]) -> dict[str, Any]:
+    """The JSON Schema of a topic's messages; every field's description gives its unit and frame."""
+    return {"$schema": DIALECT, **topic.message.model_json_schema()}
+
+
+def topics_index() -> dict[str, Any]:
+    """The table of topics in JSON, with what is needed to speak on each of them."""
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "key_expressions": "Zenoh; {vehicle} is the vehicle's name, {service} the publishing service's",
+        "topics": [_row(topic) for topic in topics.TOPICS],
+    }
+
+
+def _row(topic: Topic[Any]) -> dict[str, Any]:
+    return {
+        "name": topic.name,
+        "key_expression": topic.key("{vehicle}", "{service}"),
+        "message": topic.message.__name__,
+        "schema": schema_file(topic),
+        "description": (topic.message.__doc__ or "").strip(),
+        "encoding": encoding_of(topic),
+        "payload": "raw pixels, row by row, as the message says" if topic.has_pixels else "the message as JSON",
+        "attachment": "the message as JSON" if topic.has_pixels else None,
+        "delivery": topic.delivery.value,
+        "nominal_hz": topic.nominal_hz,
+        "stale_after_s": topic.stale_after_s,
+        "max_age_s": topic.max_age_s,
+        "publishers": sorted(topic.publishers),
+        "readers": sorted(topic.readers),
+    }
