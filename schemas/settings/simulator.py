@@ -36,7 +36,7 @@ class PadPlace(Section):
     east_m: float = Field(default=3.0, ge=-5000.0, le=5000.0)
     """East of home, metres."""
     height_above_home_m: float = Field(default=0.0, ge=-50.0, le=50.0)
-    """Height of the pad, and of the ground around it, above the ground at home, metres."""
+    """Height of the pad, and of the ground within 2 m of it, above the ground at home, metres."""
     azimuth_deg: float = Field(default=0.0, ge=-360.0, le=360.0)
     """Azimuth of the print's upward direction, degrees from north, clockwise."""
 
@@ -122,6 +122,15 @@ class Installation(Section):
     """How much older the picture is than its stamp says: stamp minus the time the light truly hit the sensor, seconds."""
 
 
+class Vehicle(Section):
+    """The quadrotor: 1 kg, four rotors of 5 N in an X of 0.4 m, as in PX4's simulation in hardware."""
+
+    drag_n_per_mps: float = Field(default=1.0, ge=0.0, le=5.0)
+    """Linear drag, newtons for each m/s of air speed. 1.0 is PX4's simulation (it leans 17 degrees into 3 m/s); a real vehicle has 0.2 to 0.4."""
+    gear_height_m: float = Field(default=0.2, ge=0.0, le=2.0)
+    """Height of the body's origin above the ground when it stands, metres."""
+
+
 class Airborne(Section):
     """Begin in the air, armed and holding, as if flown there before."""
 
@@ -141,6 +150,7 @@ class SimulatorSettings(Section):
     home: Home = Home()
     pad: PadPlace = PadPlace()
     wind: Wind = Wind()
+    vehicle: Vehicle = Vehicle()
     sensors: SensorErrors = SensorErrors()
     installation: Installation = Installation()
     airborne: Airborne | None = None
@@ -151,7 +161,7 @@ class SimulatorSettings(Section):
     """How often the ground truth is published."""
     system_id: int = Field(default=1, ge=1, le=250)
     """MAVLink system id of the autopilot; its component id is 1."""
-    parameters: dict[Annotated[str, Field(pattern=r"^[A-Z0-9_]{1,16}$")], float] = {}
+    parameters: dict[Annotated[str, Field(pattern=r"^[A-Z0-9_]{1,16}$")], float] = Field(default_factory=dict)
     """PX4 parameters to change, such as `COM_OBL_RC_ACT = 5`. A name that the autopilot does not have is refused at the start."""
     url: str = "udp://127.0.0.1:14580?to=127.0.0.1:14540"
     """Onboard link of the embedded autopilot: where it listens and where it sends to."""

@@ -1,0 +1,1 @@
+"""The autopilot's MAVLink side: links, streams, telemetry, commands, setpoints and parameters."""
