@@ -58,7 +58,7 @@ def option_assignments(arguments: argparse.Namespace) -> list[str]:
     named = {
         "seed": arguments.seed,
         "commander.guidance": arguments.guidance,
-        "commander.law": arguments.law,
+        "commander.reposition.law": arguments.law,
         "filter.method": arguments.filter,
     }
     assignments = [f"{key}={value}" for key, value in named.items() if value is not None]

@@ -71,6 +71,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="SERVICE,...",
         help="services that run elsewhere, on the same bus",
     )
+    flight.add_argument(
+        "--connect-timeout", type=float, default=30.0, metavar="S", help="wait so long for vehicle and services (default 30)"
+    )
     flight.add_argument("--timeout", type=float, default=300.0, metavar="S", help="give up after so many seconds")
     flight.add_argument("--out", type=Path, metavar="DIR", help="where to write (default flights/<time>)")
 
@@ -134,12 +137,31 @@ def _fly(settings: Settings, arguments: argparse.Namespace, out: Path) -> int:
         settings_file = out / "settings.json"
         settings_file.write_text(settings.model_dump_json(indent=2), encoding="utf-8")
         outcome = fly_live(settings, plan, _services(settings, arguments), settings_file, out / "logs")
-    return conclude(settings, outcome, out)
+    return conclude(outcome, out)
 
 
-def conclude(settings: Settings, outcome: LiveOutcome, out: Path) -> int:
+def conclude(outcome: LiveOutcome, out: Path) -> int:
     """Summarise the recording, write the report, say how it went; the exit status."""
-    raise NotImplementedError
+    recordings = sorted(out.glob("*.mcap"))
+    if not recordings:
+        sys.stderr.write(f"alight fly: {outcome.failure or 'the recorder wrote nothing'}; logs are in {out / 'logs'}\n")
+        return 1
+    record = read_flight(recordings[0])
+    summary = summarise(record)
+    for line in summary_lines(summary):
+        print(line)
+    for incident in outcome.incidents:
+        print(f"incident   {incident.service} {incident.cause} and was started again")
+    report = out / "report.html"
+    try:
+        write_report(record, summary, report)
+        print(f"recording  {recordings[0]}\nreport     {report}")
+    except ReportError as error:
+        print(f"recording  {recordings[0]}\nno report: {error}")
+    if outcome.failure:
+        sys.stderr.write(f"alight fly: not landed: {outcome.failure}\n")
+        return 1
+    return 0 if summary.verdict.ok else 1
 
 
 def _services(settings: Settings, arguments: argparse.Namespace) -> tuple[str, ...]:
@@ -153,7 +175,7 @@ def _plan(settings: Settings, arguments: argparse.Namespace) -> FlightPlan:
     pad = settings.simulator.pad
     north_m, east_m, down_m = arguments.start
     start_ned_m = (pad.north_m + north_m, pad.east_m + east_m, down_m - pad.height_above_home_m)
-    return FlightPlan(start_ned_m if goes_up else None, flight_timeout_s=arguments.timeout)
+    return FlightPlan(start_ned_m if goes_up else None, arguments.connect_timeout, arguments.timeout)
 
 
 def _print_progress(director: FlightDirector) -> None:

@@ -1,5 +1,6 @@
 """A flight with every service as its own process on Zenoh."""
 
+import socket
 import threading
 import time
 from dataclasses import dataclass, field
@@ -31,13 +32,24 @@ class LiveOutcome:
 def rendezvous(settings: BusSettings) -> BusSettings:
     """The station's side of the bus: it listens where the services look for it.
 
-    Zenoh's gossip tells the services of each other there; their messages then go directly, not through the station.
+    Zenoh's gossip tells the services of each other there; their messages then go directly, not through the station. Of
+    the endpoints in `bus.connect` the station takes those whose address is this host's own; it connects to the others
+    (a router of the site, another station), as the services do.
     """
     if settings.mode == "client":
         return settings
-    local = tuple(endpoint for endpoint in settings.connect if "127.0.0.1" in endpoint or "localhost" in endpoint)
-    remote = tuple(endpoint for endpoint in settings.connect if endpoint not in local)
-    return settings.model_copy(update={"listen": local or settings.listen, "connect": remote})
+    own = tuple(endpoint for endpoint in settings.connect if _is_own_address(endpoint))
+    others = tuple(endpoint for endpoint in settings.connect if endpoint not in own)
+    return settings.model_copy(update={"listen": own or settings.listen, "connect": others})
+
+
+def _is_own_address(endpoint: str) -> bool:
+    host = endpoint.split("/", 1)[-1].rsplit(":", 1)[0]
+    try:
+        with socket.create_server((host, 0)):
+            return True
+    except OSError:
+        return False
 
 
 def fly_live(
