@@ -31,3 +31,8 @@ class Setpoint(Traced):
     """Velocity sent along, north, east, down, m/s; None where none was sent."""
     reason: ShortText = ""
     """The mission phase that asked for it."""
+
+    @property
+    def stamp_ns(self) -> int:
+        """The time of sending: many setpoints follow from one frame."""
+        return self.sent_at_ns

@@ -1,1 +1,1 @@
-
+"""The commander: the only service that commands the vehicle."""

@@ -1,0 +1,93 @@
+"""Which estimates may steer: what is too uncertain, too far away or somewhere else all of a sudden does not."""
+
+import math
+from collections import Counter
+from enum import StrEnum
+
+from alight.geometry.local import ned_between
+from alight.runtime.clock import nanoseconds
+from schemas.estimate import PadEstimate
+from schemas.settings.commander import GateSettings
+from schemas.vehicle import VehicleState
+
+JUMP_PART_OF_HEIGHT = 0.1
+GAP_S = 2.5
+"""Estimates farther apart than this are no uninterrupted run."""
+
+
+class Verdict(StrEnum):
+    """What the gate says of an estimate."""
+
+    ACCEPTED = "accepted"
+    OLD = "old"
+    TOO_UNCERTAIN = "too_uncertain"
+    TOO_FAR = "too_far"
+    JUMP = "jump"
+
+
+class EstimateGate:
+    """Keeps the newest estimate that may steer."""
+
+    def __init__(self, settings: GateSettings) -> None:
+        self._settings = settings
+        self.counts: Counter[str] = Counter()
+        """Estimates by verdict."""
+        self.newest: PadEstimate | None = None
+        self._run_since_ns = 0
+        self._elsewhere: PadEstimate | None = None
+        self._elsewhere_since_ns = 0
+
+    def forget(self) -> None:
+        """Begin anew, for a new landing."""
+        self.newest = self._elsewhere = None
+
+    def offer(self, estimate: PadEstimate, vehicle: VehicleState | None) -> Verdict:
+        """Judge an estimate; keep it if it may steer."""
+        verdict = self._judge(estimate, vehicle)
+        self.counts[f"estimates_{verdict}"] += 1
+        if verdict is Verdict.ACCEPTED:
+            gap_ns = 0 if self.newest is None else estimate.captured_at_ns - self.newest.captured_at_ns
+            if self.newest is None or gap_ns > nanoseconds(GAP_S):
+                self._run_since_ns = estimate.captured_at_ns
+            self.newest, self._elsewhere = estimate, None
+        return verdict
+
+    def good_for_ns(self) -> int:
+        """Length of the present run of estimates, from the capture of its first to that of its newest, ns."""
+        return 0 if self.newest is None else self.newest.captured_at_ns - self._run_since_ns
+
+    def _judge(self, estimate: PadEstimate, vehicle: VehicleState | None) -> Verdict:
+        if self.newest is not None and estimate.captured_at_ns <= self.newest.captured_at_ns:
+            return Verdict.OLD
+        sigma_m = horizontal_sigma_m(estimate)
+        if not sigma_m <= self._settings.max_sigma_m:
+            return Verdict.TOO_UNCERTAIN
+        if vehicle is None:
+            return Verdict.TOO_FAR
+        north, east, down = ned_between(vehicle.position, estimate.position).tolist()
+        if math.sqrt(north**2 + east**2 + down**2) > self._settings.max_distance_m:
+            return Verdict.TOO_FAR
+        allowed_m = max(self._settings.max_jump_m, JUMP_PART_OF_HEIGHT * down)
+        if self.newest is None or _apart_m(self.newest, estimate) <= allowed_m:
+            return Verdict.ACCEPTED
+        return self._judge_jump(estimate, allowed_m)
+
+    def _judge_jump(self, estimate: PadEstimate, allowed_m: float) -> Verdict:
+        """A jump is believed once the estimates at the new place have agreed for long enough."""
+        if self._elsewhere is None or _apart_m(self._elsewhere, estimate) > allowed_m:
+            self._elsewhere_since_ns = estimate.captured_at_ns
+        self._elsewhere = estimate
+        agreed_ns = estimate.captured_at_ns - self._elsewhere_since_ns
+        return Verdict.ACCEPTED if agreed_ns >= nanoseconds(self._settings.jump_believed_after_s) else Verdict.JUMP
+
+
+def horizontal_sigma_m(estimate: PadEstimate) -> float:
+    """Standard deviation along the major horizontal axis, metres; NaN for a matrix that is no covariance."""
+    nn, ne, _, _, ee = estimate.covariance_ned_m2[:5]
+    largest = (nn + ee) / 2 + math.hypot((nn - ee) / 2, ne)
+    return math.sqrt(largest) if nn >= 0.0 and ee >= 0.0 else math.nan
+
+
+def _apart_m(one: PadEstimate, other: PadEstimate) -> float:
+    north, east, down = ned_between(one.position, other.position).tolist()
+    return math.sqrt(north**2 + east**2 + down**2)

@@ -1,0 +1,187 @@
+"""Guidance `glide`: a setpoint that travels down a straight line to a point above the pad, and then straight down.
+
+The setpoint is a point with a bounded acceleration. Whatever a new estimate says, it goes on from where it is, so a change of aim is a
+bend and never a jump. It waits for the vehicle (leash), and it goes down only inside a funnel: the less sure the place is, or the
+farther the vehicle is beside the setpoint, the higher it stays.
+"""
+
+import math
+from dataclasses import dataclass
+
+from alight.geometry.local import moved_by_ned, ned_between
+from alight.geometry.rotation import wrap_pi
+from alight.runtime.clock import seconds
+from schemas.message import GlobalPosition, Vector3
+from schemas.settings.commander import GlideSettings
+
+MAX_STEP_S = 0.1
+"""After a pause the setpoint goes on as if no more time than this had passed."""
+BRAKING_PART = 0.8
+"""Part of the allowed acceleration that is planned for braking before the slow stretch."""
+FRESH_PART = 0.4
+"""Up to this part of the staleness limit an estimate counts as fresh; then the descent slows down to nothing at the limit."""
+TOUCHDOWN_LEAD_M = 0.5
+"""On the ground the setpoint goes no deeper than this below the vehicle, so that the thrust falls gently."""
+FINAL_MPS = 1.0
+"""Fastest horizontal motion of the setpoint below the end of the line, m/s."""
+
+
+@dataclass(frozen=True)
+class Aim:
+    """What is flown to."""
+
+    position: GlobalPosition
+    """The pad's centre."""
+    azimuth_rad: float | None
+    """The heading to turn to; None to keep the present one."""
+    sigma_m: float
+    """Horizontal standard deviation of the position, metres."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """A setpoint as it goes to the autopilot."""
+
+    position: GlobalPosition
+    velocity_ned_mps: Vector3
+    yaw_ned_rad: float
+
+
+def funnel_radius_m(settings: GlideSettings, height_above_pad_m: float) -> float:
+    """The horizontal error allowed at a height, metres."""
+    return settings.funnel_floor_m + settings.funnel_slope * max(height_above_pad_m, 0.0)
+
+
+def descent_speed_mps(settings: GlideSettings, height_above_pad_m: float) -> float:
+    """Vertical speed of the line at a height, m/s: slow near the ground, and braking towards that in time."""
+    above_m = height_above_pad_m - settings.slow_below_m
+    slow_mps = min(settings.slow_mps, settings.descent_mps)
+    if above_m <= 0.0:
+        return slow_mps
+    braking_mps2 = BRAKING_PART * settings.acceleration_mps2
+    return min(settings.descent_mps, math.sqrt(slow_mps**2 + 2.0 * braking_mps2 * above_m))
+
+
+class Glide:
+    """One descent. All vectors are NED at `origin`, which is frozen: neither home nor the vehicle moves the frame."""
+
+    def __init__(self, settings: GlideSettings, origin: GlobalPosition, yaw_ned_rad: float, now_ns: int) -> None:
+        """Begin at the vehicle's place.
+
+        Args:
+            settings: Speeds, funnel and limits.
+            origin: Where the vehicle is now; the setpoint starts here.
+            yaw_ned_rad: Where its nose points.
+            now_ns: The time, UTC ns.
+        """
+        self._settings = settings
+        self._origin = origin
+        self._place: Vector3 = (0.0, 0.0, 0.0)
+        self._velocity: Vector3 = (0.0, 0.0, 0.0)
+        self._yaw_rad = yaw_ned_rad
+        self._yaw_wanted_rad = yaw_ned_rad
+        self._pad: Vector3 | None = None
+        self._sigma_m = 0.0
+        self._then_ns = now_ns
+        self._closed_since_ns: int | None = None
+        self._touching_down = False
+
+    def aim(self, aim: Aim) -> None:
+        """Take a new estimate."""
+        north, east, down = ned_between(self._origin, aim.position).tolist()
+        self._pad = (north, east, down)
+        self._sigma_m = aim.sigma_m
+        if aim.azimuth_rad is not None:
+            self._yaw_wanted_rad = aim.azimuth_rad
+
+    def touch_down(self) -> None:
+        """From now on go down whatever comes."""
+        self._touching_down = True
+        self._closed_since_ns = None
+
+    def closed_for_s(self, now_ns: int) -> float:
+        """For how long the funnel has been closed, seconds; 0 if it is open."""
+        return 0.0 if self._closed_since_ns is None else seconds(now_ns - self._closed_since_ns)
+
+    def advance(self, vehicle: GlobalPosition, freshness: float, flown: bool, now_ns: int) -> Target:
+        """Move the setpoint on to `now_ns`.
+
+        Args:
+            vehicle: Where the vehicle is.
+            freshness: 1 for a fresh estimate down to 0 for one at the staleness limit; scales the descent.
+            flown: Whether the autopilot flies these setpoints already; until then the setpoint stays where it is.
+            now_ns: The time, UTC ns.
+        """
+        step_s = min(seconds(now_ns - self._then_ns), MAX_STEP_S)
+        self._then_ns = now_ns
+        if flown and step_s > 0.0:
+            north, east, down = ned_between(self._origin, vehicle).tolist()
+            self._move((north, east, down), freshness, step_s, now_ns)
+            self._turn(step_s)
+        return Target(moved_by_ned(self._origin, self._place), self._velocity, wrap_pi(self._yaw_rad))
+
+    def _move(self, vehicle: Vector3, freshness: float, step_s: float, now_ns: int) -> None:
+        wanted = self._wanted_velocity(vehicle, freshness, now_ns)
+        change = [w - v for w, v in zip(wanted, self._velocity, strict=True)]
+        size = math.sqrt(sum(part * part for part in change))
+        allowed = self._settings.acceleration_mps2 * step_s
+        scale = min(1.0, allowed / size) if size > 0.0 else 0.0
+        vn, ve, vd = (v + scale * c for v, c in zip(self._velocity, change, strict=True))
+        n, e, d = self._place
+        self._velocity = (vn, ve, vd)
+        self._place = (n + vn * step_s, e + ve * step_s, d + vd * step_s)
+        if self._touching_down:
+            self._place = (*self._place[:2], min(self._place[2], vehicle[2] + TOUCHDOWN_LEAD_M))
+
+    def _wanted_velocity(self, vehicle: Vector3, freshness: float, now_ns: int) -> Vector3:
+        if self._pad is None:
+            return (0.0, 0.0, 0.0)
+        north, east = self._pad[0] - self._place[0], self._pad[1] - self._place[1]
+        height_m = self._pad[2] - self._place[2]
+        if self._touching_down:
+            return (*self._final_approach(north, east), self._settings.touchdown_mps)
+        is_open = self._is_open(vehicle, math.hypot(north, east), height_m, now_ns)
+        if height_m > self._settings.vertical_below_m:
+            return self._along_the_line(north, east, height_m, freshness) if is_open else (0.0, 0.0, 0.0)
+        down_mps = descent_speed_mps(self._settings, height_m) * freshness if is_open else 0.0
+        return (*self._final_approach(north, east), down_mps)
+
+    def _along_the_line(self, north: float, east: float, height_m: float, freshness: float) -> Vector3:
+        """Towards the end of the line, so that horizontal and vertical distance become nothing together."""
+        down_m = height_m - self._settings.vertical_below_m
+        down_mps = descent_speed_mps(self._settings, height_m) * freshness
+        slope = math.hypot(north, east) / down_m
+        if slope * down_mps > self._settings.max_horizontal_mps:
+            down_mps = self._settings.max_horizontal_mps / slope
+        return (north / down_m * down_mps, east / down_m * down_mps, down_mps)
+
+    def _final_approach(self, north: float, east: float) -> tuple[float, float]:
+        distance_m = math.hypot(north, east)
+        speed = min(self._settings.approach_gain_per_s * distance_m, FINAL_MPS)
+        return (north / distance_m * speed, east / distance_m * speed) if distance_m > 0.0 else (0.0, 0.0)
+
+    def _is_open(self, vehicle: Vector3, to_axis_m: float, height_m: float, now_ns: int) -> bool:
+        """Whether going down is allowed: the vehicle is near the setpoint, the setpoint on the line, and the place known well."""
+        beside_m = math.hypot(vehicle[0] - self._place[0], vehicle[1] - self._place[1])
+        if height_m <= self._settings.vertical_below_m:
+            beside_m = max(beside_m, to_axis_m, math.hypot(vehicle[0] - self._axis(0), vehicle[1] - self._axis(1)))
+        behind_m = math.dist(vehicle, self._place)
+        narrow = beside_m + 2.0 * self._sigma_m > funnel_radius_m(self._settings, height_m)
+        if narrow or behind_m > self._settings.leash_m:
+            self._closed_since_ns = now_ns if self._closed_since_ns is None else self._closed_since_ns
+            return False
+        self._closed_since_ns = None
+        return True
+
+    def _axis(self, index: int) -> float:
+        return self._pad[index] if self._pad is not None else self._place[index]
+
+    def _turn(self, step_s: float) -> None:
+        error = wrap_pi(self._yaw_wanted_rad - self._yaw_rad)
+        allowed = math.radians(self._settings.yaw_rate_dps) * step_s
+        self._yaw_rad += min(max(error, -allowed), allowed)
+
+
+def freshness_of(age_s: float, stale_after_s: float) -> float:
+    """1 for an estimate up to 0.4 of the staleness limit old, then falling to 0 at the limit."""
+    return min(max((stale_after_s - age_s) / ((1.0 - FRESH_PART) * stale_after_s), 0.0), 1.0)

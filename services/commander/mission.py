@@ -1,0 +1,210 @@
+"""Drives the state machine: looks around, takes at most one transition, then lets the phase act."""
+
+from collections import OrderedDict
+from dataclasses import replace
+
+from alight.geometry.local import ned_between
+from alight.runtime.clock import seconds
+from schemas.estimate import PadEstimate
+from schemas.mission import MissionReply, MissionRequest, MissionStatus, Phase, Verb
+from schemas.setpoint import Setpoint
+from schemas.settings.commander import CommanderSettings
+from schemas.vehicle import FlightMode, LandedState, VehicleState
+from services.commander.dialect import mavlink
+from services.commander.estimate_gate import EstimateGate, Verdict
+from services.commander.execution import Execution
+from services.commander.link import AutopilotLink
+from services.commander.mode_authority import ModeAuthority
+from services.commander.requests import may_recover, refusal
+from services.commander.situation import Situation
+from services.commander.transitions import ACTIVE, RESUMED, STREAMING, Transition, first_transition
+
+REMEMBERED_REPLIES = 256
+SERIOUS = frozenset({Phase.FAILED, Phase.ABORTED, Phase.YIELDED})
+
+
+class Mission:
+    """The commander's mind. It commands only what its phase allows, and its phase follows from the table alone."""
+
+    def __init__(self, settings: CommanderSettings, link: AutopilotLink) -> None:
+        self._settings = settings
+        self._link = link
+        self._authority = ModeAuthority()
+        self._hands = Execution(settings, link, self._authority)
+        self.gate = EstimateGate(settings.gate)
+        self.phase = Phase.IDLE
+        self.code = "started"
+        self.reason = "the commander has started"
+        self.since_ns: int | None = None
+        self._state: VehicleState | None = None
+        self._replies: OrderedDict[str, MissionReply] = OrderedDict()
+        self._request: MissionRequest | None = None
+        self._asked: Verb | None = None
+        self._landing = False
+        self._looked = False
+        self._reboots = 0
+        self._was_armed = False
+        self._recovering = False
+        self._holds = 0
+
+    def take_state(self, state: VehicleState) -> None:
+        """Take a vehicle state."""
+        self._state = state
+
+    def take_estimate(self, estimate: PadEstimate, now_ns: int) -> Setpoint | None:
+        """Take an estimate; a setpoint that follows from it goes out at once."""
+        accepted = self.gate.offer(estimate, self._state) is Verdict.ACCEPTED
+        return self.step(now_ns, fresh=accepted)
+
+    def take_request(self, request: MissionRequest, now_ns: int) -> MissionReply:
+        """Answer a request. One that was answered before gets the same answer and is not carried out again."""
+        known = self._replies.get(request.request_id)
+        if known is not None:
+            return known.model_copy(update={"at_ns": now_ns})
+        situation = self.look(now_ns)
+        why_not = refusal(request, situation, self._link.parameters)
+        reply = MissionReply(
+            at_ns=now_ns,
+            request_id=request.request_id,
+            accepted=why_not is None,
+            reason=why_not or self._accept(request, situation),
+        )
+        self._replies[request.request_id] = reply
+        while len(self._replies) > REMEMBERED_REPLIES:
+            self._replies.popitem(last=False)
+        return reply
+
+    def step(self, now_ns: int, fresh: bool = False) -> Setpoint | None:
+        """Look, decide, act.
+
+        Args:
+            now_ns: The time, UTC ns.
+            fresh: Whether a new estimate has just been accepted.
+
+        Returns:
+            The setpoint that was sent, if any.
+        """
+        if self.since_ns is None:
+            self.since_ns = now_ns
+        status = self._link.status(now_ns)
+        self._authority.look(status)
+        self._was_armed = self._was_armed or status.armed
+        for outcome in self._link.take_outcomes():
+            self._hands.take_outcome(outcome)
+        situation = self.look(now_ns)
+        self._looked = self._looked or situation.first_look
+        self._recovering = situation.recovering
+        step = first_transition(situation)
+        self._asked = None
+        if step is not None:
+            self._change(*step, situation)
+            situation = self.look(now_ns)
+        return self._hands.act(situation, fresh)
+
+    def look(self, now_ns: int) -> Situation:
+        """The situation as of now."""
+        status = self._link.status(now_ns)
+        state, estimate = self._state, self.gate.newest
+        height_m, distance_m = _above_and_beside(state, estimate)
+        known = state is not None and status.landed_state is not LandedState.UNDEFINED
+        on_ground = status.landed_state is LandedState.ON_GROUND
+        phase_age_s = seconds(now_ns - (self.since_ns or now_ns))
+        situation = Situation(
+            now_ns=now_ns,
+            settings=self._settings,
+            phase=self.phase,
+            code=self.code,
+            phase_age_s=phase_age_s,
+            link_silence_s=self._link.silence_s(now_ns),
+            status=status,
+            state=state,
+            state_age_s=None if state is None else seconds(now_ns - state.at_ns),
+            estimate=estimate,
+            estimate_age_s=None if estimate is None else seconds(now_ns - estimate.captured_at_ns),
+            estimates_good_for_s=seconds(self.gate.good_for_ns()),
+            height_above_pad_m=height_m,
+            distance_to_pad_m=distance_m,
+            distance_to_start_m=self._distance_to_start_m(),
+            asked=self._asked,
+            landing=self._landing,
+            first_look=not self._looked and status.connected and known and status.mode is not FlightMode.UNKNOWN,
+            rebooted=self._link.reboots > self._reboots,
+            was_armed=self._was_armed,
+            climbing_asked=self._hands.climbing_asked,
+            # PX4 leaves LAND by itself when it disarms, up to a second before it says that it is disarmed.
+            mode_taken=self._authority.taken(status) and not (self.phase is Phase.TOUCHDOWN and on_ground),
+            expected_modes=self._authority.expected,
+            mode_overdue_s=self._authority.overdue_s(now_ns),
+            refusal=self._hands.refusal,
+            setpoint_gap_s=self._hands.stream.longest_pause_s(now_ns) if self.phase in STREAMING else 0.0,
+            funnel_closed_for_s=self._hands.funnel_closed_for_s(now_ns),
+            holds=self._holds,
+        )
+        recovering = self._recovering and self.phase is Phase.ACQUIRE and situation.failsafe_active
+        return replace(situation, recovering=recovering and phase_age_s <= self._settings.mode_patience_s)
+
+    def status(self, at_ns: int) -> MissionStatus:
+        """What is being done and why."""
+        height_m, distance_m = _above_and_beside(self._state, self.gate.newest)
+        newest = self.gate.newest
+        return MissionStatus(
+            at_ns=at_ns,
+            phase=self.phase,
+            phase_since_ns=self.since_ns or at_ns,
+            reason=self.reason,
+            code=self.code,
+            guidance=self._settings.guidance,
+            height_above_pad_m=height_m,
+            distance_to_pad_m=distance_m,
+            estimate_age_s=None if newest is None else seconds(at_ns - newest.captured_at_ns),
+            request_id="" if self._request is None else self._request.request_id,
+        )
+
+    def last_words(self, now_ns: int) -> None:
+        """The process ends: in a phase that commands, leave the vehicle holding."""
+        situation = self.look(now_ns)
+        if self.phase in ACTIVE and not situation.mode_taken and not situation.failsafe_active:
+            self._hands.leave_holding(situation)
+
+    def _accept(self, request: MissionRequest, situation: Situation) -> str:
+        if request.verb is Verb.LAND and self._landing and self.phase in ACTIVE:
+            return f"already landing ({self.phase})"
+        if request.verb is Verb.ABORT and self.phase not in ACTIVE:
+            return f"nothing to abort ({self.phase})"
+        self._asked, self._request = request.verb, request
+        self._landing = request.verb is Verb.LAND
+        if request.verb is Verb.TAKEOFF:
+            self._hands.start_ned_m = request.start_ned_m
+        if request.verb is Verb.LAND:
+            self.gate.forget()
+            self._holds = 0
+            self._recovering = situation.failsafe_active and may_recover(situation)
+        return f"{request.verb}: {request.reason}" if request.reason else str(request.verb)
+
+    def _change(self, row: Transition, reason: str, situation: Situation) -> None:
+        before, self.phase = self.phase, row.next
+        self.code, self.reason, self.since_ns = row.code, reason[:500], situation.now_ns
+        self._reboots = self._link.reboots
+        self._was_armed = situation.status.armed
+        if row.next is Phase.HOLD and row.code in RESUMED and self._landing:
+            self._holds += 1
+        elif row.next not in ACTIVE or row.next is Phase.HOLD:
+            self._landing = False
+        self._hands.begin(row.next, before, row.code, situation)
+        severity = mavlink.MAV_SEVERITY_WARNING if row.next in SERIOUS else mavlink.MAV_SEVERITY_INFO
+        self._link.say(f"{row.next}: {row.code}", severity)
+
+    def _distance_to_start_m(self) -> float | None:
+        start = self._hands.start
+        if start is None or self._state is None:
+            return None
+        n, e, d = ned_between(self._state.position, start).tolist()
+        return float((n * n + e * e + d * d) ** 0.5)
+
+
+def _above_and_beside(state: VehicleState | None, estimate: PadEstimate | None) -> tuple[float | None, float | None]:
+    """Height above the estimated pad and horizontal distance to it, metres."""
+    if state is None or estimate is None:
+        return None, None
+    north, east, down = ned_between(state.position, estimate.position).tolist()
+    return float(down), float((north * north + east * east) ** 0.5)
