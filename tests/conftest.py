@@ -7,7 +7,6 @@ import pytest
 
 from schemas.settings import Settings
 
-
 # No test depends on how quick the machine is.
 hypothesis.settings.register_profile("alight", deadline=None)
 hypothesis.settings.load_profile("alight")
