@@ -18,14 +18,14 @@ from schemas.message import Vector3
 from schemas.mission import MissionReply, MissionRequest, MissionStatus, Phase, Verb
 from schemas.settings import Settings
 from schemas.truth import GroundTruth
-from schemas.vehicle import LandedState, VehicleStatus
+from schemas.vehicle import FlightMode, LandedState, VehicleStatus
 
 ASK_AGAIN_S = 1.0
 """A request without a reply is repeated after this; its id stays, so it is acted on once."""
 MAX_LANDING_REQUESTS = 4
 """How often a landing is asked for before the flight counts as failed."""
 RESTARTED = "restarted_in_flight"
-"""The code with which a commander holds that was restarted in the air and so forgot what it was asked."""
+"""The code of a commander that was restarted in the air and so forgot what it was asked."""
 FORGOTTEN_AFTER_S = 1.5
 """A commander that is idle so long after it took a request has forgotten it."""
 
@@ -227,6 +227,13 @@ class FlightDirector(Node):
         return f"{mission.phase}: {mission.reason}" if mission else "no word from the commander"
 
     def _lost_memory(self, mission: MissionStatus) -> bool:
-        if mission.phase is Phase.HOLD:
-            return mission.code == RESTARTED
+        """Whether the commander was restarted and nobody else flies since: only then may the landing be asked for again.
+
+        A pilot's mode is not OFFBOARD, and neither is what the autopilot intends while he flies; after the loss of the
+        commander's setpoints it still intends OFFBOARD.
+        """
+        if mission.code == RESTARTED:
+            vehicle = self.view.vehicle
+            still_ours = vehicle is not None and vehicle.intended_mode is FlightMode.OFFBOARD
+            return mission.phase is Phase.HOLD or (mission.phase is Phase.YIELDED and still_ours)
         return mission.phase is Phase.IDLE and seconds(mission.at_ns - self._asked_ns) > FORGOTTEN_AFTER_S
