@@ -1,1 +1,1 @@
-
+"""Where the pad is, from many fixes."""
