@@ -1,13 +1,14 @@
 """From one point on the earth to another in local north, east, down: exact, through ECEF (Eq. 2 and 12)."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from alight.geometry.geodesy import R_ecef_ned, ecef_of_point, geodetic_of_point
-from alight.geometry.rotation import Matrix, VectorLike
+from alight.geometry.rotation import VectorLike
 from schemas.message import GlobalPosition
 
 
-def ned_between(origin: GlobalPosition, point: GlobalPosition) -> Matrix:
+def ned_between(origin: GlobalPosition, point: GlobalPosition) -> NDArray[np.float64]:
     """The vector from `origin` to `point` in the NED frame at `origin`, metres, (3,).
 
     Heights are ellipsoidal. The down component is along the vertical of `origin`: the earth's curvature (8 cm at 1 km) is in it.

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from alight.geometry.local import ned_between
 from alight.runtime.clock import nanoseconds
@@ -39,10 +40,6 @@ class Filter(Node):
     def counters(self) -> Mapping[str, int]:
         """What became of the fixes, and how often the window was thrown away and why."""
         return dict(self._counters)
-
-    def complaints(self, now_ns: int) -> tuple[str, ...]:  # noqa: ARG002
-        """None of its own: that fixes are refused is the geolocator's to say."""
-        return ()
 
     def _on_fix(self, arrival: Arrival[PadFix]) -> Outputs:
         fix = arrival.message
@@ -108,7 +105,7 @@ class Filter(Node):
             fixes_used=count,
         )
 
-    def _with_systematic_part(self, result: Entry, pad_ned_m: np.ndarray) -> Entry:
+    def _with_systematic_part(self, result: Entry, pad_ned_m: NDArray[np.float64]) -> Entry:
         """Adds what all fixes of a window have in common: a turn s of the line of sight p costs s^2 (|p|^2 I - p p^T)."""
         s2 = math.radians(self._settings.systematic_angle_deg) ** 2
         common = s2 * (pad_ned_m @ pad_ned_m * np.eye(3) - np.outer(pad_ned_m, pad_ned_m))

@@ -90,7 +90,8 @@ def _judged(
         pose=pose,
         q_ned_marker=q_ned_marker,
         tilt_rad=tilt_rad,
-        allowed_tilt_rad=max_pad_tilt_rad + math.sqrt(unknown2),
+        # A print is not seen from behind, however little the picture tells.
+        allowed_tilt_rad=min(max_pad_tilt_rad + math.sqrt(unknown2), math.pi / 2),
         badness=4.0 * (pose.reprojection_error_px / noise_px) ** 2
         + 9.0 * tilt_rad**2 / (max_pad_tilt_rad**2 + unknown2),
     )

@@ -67,13 +67,15 @@ class PoseHistory:
         return True
 
     def at(self, at_ns: int) -> Pose:
-        """The pose at a moment, UTC ns: between neighbours position linearly and attitude along the shorter arc, beyond
-        the newest by its velocity and rates.
+        """The pose at a moment, UTC ns.
+
+        Between neighbours the position goes linearly and the attitude along the shorter arc; beyond the newest sample both
+        go on by its velocity and rates.
 
         Raises:
             FixRefusedError: If the samples do not allow it.
             ValueError: If they lead to no place or rotation.
-        """  # noqa: D205
+        """
         if not self._states:
             raise FixRefusedError(FixVerdict.NO_VEHICLE_STATE, "no vehicle pose has come yet")
         newest = self._states[-1]

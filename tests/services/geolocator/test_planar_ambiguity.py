@@ -60,7 +60,7 @@ def test_pose_that_admits_that_it_knows_no_tilt_is_not_refused_for_it():
 
 def test_upside_down_print_is_never_level():
     pose = FAR.true_pose()
-    fix = located(FAR, tilted(pose, 175.0, 0.2, (0.02, 0.02, 0.05, 0.5, 0.5, 0.01)))
+    fix = located(FAR, tilted(pose, 175.0, 0.2, (0.02, 0.02, 0.05, 2.0, 2.0, 0.01)))
     assert fix.verdict is FixVerdict.NOT_LEVEL
 
 
