@@ -15,12 +15,8 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Describe `alight schema`."""
-    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    export = actions.add_parser(
-        "export", help="write a JSON Schema for each topic and topics.json, the table of topics, into a folder"
-    )
-    export.add_argument("directory", type=Path, metavar="DIR", help="folder to write into, made if it is missing")
+    """Describe `alight schema export`."""
+    parser.add_argument("directory", type=Path, metavar="DIR", help="folder to write into, made if it is missing")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -63,7 +63,8 @@ class Flight:
     abort_at_s: float | None = None
     commander_restarts_at_s: float | None = None
     with_truth: bool = True
-    with_pixels: bool = False
+    paint_every: int = 0
+    """Every how many frames have pixels; 0 for none."""
 
     @property
     def end_ns(self) -> int:
@@ -174,7 +175,8 @@ class Flight:
             height_px=480,
             source="synthetic",
         )
-        pixels = painted(corners_px) if self.with_pixels and captured_ns <= self.end_ns else None
+        wanted = self.paint_every and number % self.paint_every == 0 and captured_ns <= self.end_ns
+        pixels = painted(corners_px) if wanted else None
         return Spoken(captured_ns + nanoseconds(0.006), topics.FRAME, header, pixels)
 
     def _steer(self, captured_ns: int, fix: PadFix, t_s: float) -> Iterator[Spoken]:

@@ -19,7 +19,7 @@ def exported(tmp_path_factory):
     directory = tmp_path_factory.mktemp("schemas") / "new" / "folder"
     parser = argparse.ArgumentParser()
     add_arguments(parser)
-    assert run(parser.parse_args(["export", str(directory)])) == 0
+    assert run(parser.parse_args([str(directory)])) == 0
     return {path.name: json.loads(path.read_text()) for path in directory.iterdir()}
 
 
@@ -80,6 +80,6 @@ def test_a_folder_that_cannot_be_made_is_one_line(tmp_path, capsys):
     (tmp_path / "file").write_text("")
     parser = argparse.ArgumentParser()
     add_arguments(parser)
-    assert run(parser.parse_args(["export", str(tmp_path / "file" / "below")])) == 1
+    assert run(parser.parse_args([str(tmp_path / "file" / "below")])) == 1
     said = capsys.readouterr().err
     assert said.count("\n") == 1 and "choose another folder" in said

@@ -1,0 +1,1 @@
+"""One flight as a page that opens anywhere: pictures and tables in one HTML file."""

@@ -1,0 +1,144 @@
+"""The report's tables, as HTML."""
+
+import json
+from collections.abc import Iterable, Sequence
+from html import escape
+
+from schemas import topics
+from schemas.health import Health
+from station.flight_record import FlightRecord
+from station.metrics.incidents import IncidentKind
+from station.metrics.latency import Percentiles, Stage
+from station.metrics.summary import FlightSummary
+from station.metrics.text import length
+from station.report.flight_path import FlightPaths, since_s
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]], numeric: frozenset[int] = frozenset()) -> str:
+    """An HTML table; texts are escaped, the numeric columns stand to the right."""
+
+    def cells(tag: str, texts: Sequence[str]) -> str:
+        marks = (' class="number"' if column in numeric else "" for column in range(len(texts)))
+        return "".join(f"<{tag}{mark}>{escape(text)}</{tag}>" for text, mark in zip(texts, marks, strict=True))
+
+    body = "".join(f"<tr>{cells('td', row)}</tr>" for row in rows)
+    return f'<div class="wide"><table><thead><tr>{cells("th", head)}</tr></thead><tbody>{body}</tbody></table></div>'
+
+
+def measures(summary: FlightSummary) -> str:
+    """The flight in the paper's terms and in truth."""
+    paper, contact = summary.paper, summary.touchdown
+    rows = []
+    if paper:
+        time = "not reached" if paper.time_s is None else f"{paper.time_s:.2f} s"
+        rows += [
+            ("Distance flown (Eq. 29)", f"{paper.distance_m:.2f} m", "37.44 m", "steps between the logged positions"),
+            ("Time to land (Eq. 30)", time, "44.64 s", "from 99.8 % of the start height to the ground"),
+            (
+                "RMSE of the last ten positions (Eq. 28)",
+                f"{length(paper.rmse_m)}, {paper.rmse_1e7_deg:.2f}e-7 deg",
+                "0.875e-7 deg",
+                "as navigated, so the autopilot's own position error is in it",
+            ),
+            ("Straight line from start to pad", f"{paper.straight_line_m:.2f} m", "24.5 m", "as navigated"),
+        ]
+    if contact:
+        rows += [
+            ("True error at first contact", length(contact.error_m), "", f"sinking {contact.sink_rate_mps:.2f} m/s"),
+            ("True error at rest", length(contact.rest_error_m), "", "at the end of the record"),
+            ("True distance flown", f"{contact.distance_flown_m:.2f} m", "", "from the descent's beginning to contact"),
+        ]
+    return table(("measure", "this flight", "the paper's best mode", "what it is"), rows, frozenset({1, 2}))
+
+
+def phases(summary: FlightSummary, paths: FlightPaths) -> str:
+    """When each phase began, and why."""
+    rows = [
+        (
+            f"{since_s(span.began_at_ns, paths.origin_ns):+.2f} s",
+            span.phase.value,
+            f"{span.duration_s:.2f} s",
+            span.code,
+            span.reason,
+        )
+        for span in summary.phases
+    ]
+    return table(("began", "phase", "lasted", "code", "reason"), rows, frozenset({0, 2}))
+
+
+def latency(summary: FlightSummary) -> str:
+    """The budget by service and stage, median and 99th percentile."""
+    budget = summary.latency
+    if budget is None:
+        return ""
+    found = {(entry.service, entry.stage): entry.time for entry in budget.stages}
+    rows = [
+        (
+            service,
+            _p50_p99(found.get((service, Stage.TRANSPORT))),
+            _p50_p99(found.get((service, Stage.QUEUE))),
+            _p50_p99(found.get((service, Stage.HANDLING)) or found.get((service, Stage.CAMERA))),
+        )
+        for service in dict.fromkeys(entry.service for entry in budget.stages)
+    ]
+    rows.append(("from the light to the setpoint", "", "", _p50_p99(budget.total)))
+    rows.append(("the same without the detector's work", "", "", _p50_p99(budget.overhead)))
+    head = ("p50 / p99 [ms]", "on the way to it", "waiting in the service", "at work")
+    return table(head, rows, frozenset({1, 2, 3}))
+
+
+def fixes(summary: FlightSummary) -> str:
+    """What became of each frame."""
+    if summary.detection is None:
+        return ""
+    rows = [(verdict, str(count)) for verdict, count in summary.detection.fixes]
+    return table(("fix", "frames"), rows, frozenset({1}))
+
+
+def health(record: FlightRecord, summary: FlightSummary) -> str:
+    """Each service's last report."""
+    last = {report.service: report for report in record.messages(topics.HEALTH)}
+    restarts = [i.service for i in summary.incidents if i.kind is IncidentKind.RESTARTED]
+    rows = [_health_row(last[service], restarts.count(service)) for service in sorted(last)]
+    return table(
+        ("service", "up", "restarts", "reads", "refused", "dropped", "last complaint"), rows, frozenset({1, 2})
+    )
+
+
+def incidents(summary: FlightSummary, paths: FlightPaths) -> str:
+    """What was wrong, and when."""
+    rows = [
+        (
+            f"{since_s(i.first_at_ns, paths.origin_ns):+.1f} s",
+            f"{since_s(i.last_at_ns, paths.origin_ns):+.1f} s",
+            i.service,
+            i.kind.value,
+            i.detail,
+        )
+        for i in summary.incidents
+    ]
+    if not rows:
+        return "<p>None.</p>"
+    return table(("first", "last", "service", "what", "detail"), rows, frozenset({0, 1}))
+
+
+def versions(record: FlightRecord) -> str:
+    """What made the recording."""
+    return table(("name", "version"), sorted(record.provenance.versions.items()))
+
+
+def settings(record: FlightRecord) -> str:
+    """All settings, as JSON."""
+    return f"<pre>{escape(json.dumps(record.provenance.settings, indent=2))}</pre>"
+
+
+def _health_row(report: Health, restarts: int) -> tuple[str, ...]:
+    reads = ", ".join(f"{entry.topic} {entry.rate_hz:.0f} Hz" for entry in report.inputs)
+    refused = ", ".join(f"{entry.topic} {reason} {n}" for entry in report.inputs for reason, n in entry.refused.items())
+    dropped = ", ".join(f"{entry.topic} {entry.dropped}" for entry in report.inputs if entry.dropped)
+    complaint = "; ".join(report.complaints)
+    return (report.service, f"{report.uptime_s:.0f} s", str(restarts), reads, refused, dropped, complaint)
+
+
+def _p50_p99(time: Percentiles | None) -> str:
+    return "" if time is None else f"{time.p50_ms:.2f} / {time.p99_ms:.2f}"
