@@ -82,7 +82,7 @@ class FlightRecord:
 
 
 def read_flight(path: Path) -> FlightRecord:
-    """Read a recording and the parts that a restarted recorder wrote beside it (`flight-2.mcap` ...).
+    """Read a recording and the parts that a restarted recorder wrote beside it (`flight_2.mcap` ...).
 
     Args:
         path: The MCAP file, or the folder with a `flight.mcap`.

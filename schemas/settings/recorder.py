@@ -14,7 +14,7 @@ class RecorderSettings(Section):
     directory: Path = Path("flights/recorded")
     """Folder of the recording, made if it is missing. It is left out of the settings that the recording carries."""
     file_name: str = Field(default="flight.mcap", pattern=r"^[A-Za-z0-9._-]{1,100}\.mcap$")
-    """Name of the file in that folder. Nothing is overwritten: a recorder that starts again goes on in `flight-2.mcap`."""
+    """Name of the file in that folder. Nothing is overwritten: a recorder that starts again goes on in `flight_2.mcap`."""
     frames: Literal["jpeg", "png", "none"] = "jpeg"
     """How pictures are kept: `jpeg` (about 1 ms and 50 kB each at 640x480), `png` (lossless, about 10 ms), `none`."""
     jpeg_quality: int = Field(default=80, ge=1, le=100)

@@ -15,5 +15,5 @@ WIRE_ENCODING = "wire_encoding"
 
 
 def part(path: Path, number: int) -> Path:
-    """File of a recording that was begun `number` times: `flight.mcap`, `flight-2.mcap`, `flight-3.mcap` ..."""
-    return path if number == 1 else path.with_stem(f"{path.stem}-{number}")
+    """File of a recording that was begun `number` times: `flight.mcap`, `flight_2.mcap`, `flight_3.mcap` ..."""
+    return path if number == 1 else path.with_stem(f"{path.stem}_{number}")

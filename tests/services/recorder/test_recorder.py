@@ -237,7 +237,7 @@ def test_a_recorder_that_starts_again_does_not_overwrite(tmp_path):
     for _ in range(3):
         feed(node := build(settings(tmp_path)), 0.3)
         node.close()
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["flight-2.mcap", "flight-3.mcap", "flight.mcap"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["flight.mcap", "flight_2.mcap", "flight_3.mcap"]
 
 
 def test_a_folder_that_cannot_be_written_is_one_clear_line(tmp_path):
