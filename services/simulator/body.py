@@ -32,8 +32,8 @@ class Body:
     proportional to the lagged command. Plain floats throughout: one step has to cost a few microseconds.
     """
 
-    def __init__(self, north_m: float, east_m: float, down_m: float, yaw_rad: float, drag_n_per_mps: float, gear_height_m: float) -> None:
-        self.north_m, self.east_m, self.down_m = north_m, east_m, down_m
+    def __init__(self, place_ned_m: Vector, yaw_rad: float, drag_n_per_mps: float, gear_height_m: float) -> None:
+        self.north_m, self.east_m, self.down_m = place_ned_m
         self.vn, self.ve, self.vd = 0.0, 0.0, 0.0
         self.an, self.ae, self.ad = 0.0, 0.0, 0.0
         self.qw, self.qx, self.qy, self.qz = math.cos(0.5 * yaw_rad), 0.0, 0.0, math.sin(0.5 * yaw_rad)

@@ -23,7 +23,9 @@ class Estimate:
     The errors are Gauss-Markov processes (see `SensorErrors`); the acceleration is that of the body, as the accelerometers tell it well.
     """
 
-    def __init__(self, errors: SensorErrors, generator: np.random.Generator, step_s: float, origin_down_m: float) -> None:
+    def __init__(
+        self, errors: SensorErrors, generator: np.random.Generator, step_s: float, origin_down_m: float
+    ) -> None:
         normals = Normals(generator)
         period_s = step_s * ERROR_PERIOD_STEPS
 
@@ -38,7 +40,15 @@ class Estimate:
         self._yaw_bias_rad = math.radians(errors.yaw_bias_deg) * normals.next()
         self._yaw = process(math.radians(errors.yaw_noise_deg), YAW_TIME_S)
         self._gnss = tuple(process(errors.gnss_noise_m, GNSS_TIME_S) for _ in range(3))
-        self._processes = (*self._wander, self._drift, *self._noise, *self._velocity, *self._tilt, self._yaw, *self._gnss)
+        self._processes = (
+            *self._wander,
+            self._drift,
+            *self._noise,
+            *self._velocity,
+            *self._tilt,
+            self._yaw,
+            *self._gnss,
+        )
         self._rate_sigma = math.radians(errors.rate_noise_dps)
         self._normals = normals
         self._origin_down_m = origin_down_m

@@ -7,7 +7,6 @@ from alight.runtime.node import Node, Output, Outputs, Publication, Transmission
 from schemas.settings import Settings
 from schemas.topics import GROUND_TRUTH
 from services.simulator.mavlink.station import Station
-from services.simulator.mavlink.telemetry import Telemetry
 from services.simulator.vehicle import STEP_NS, Vehicle
 
 LATE_NS = 500_000_000
@@ -40,8 +39,8 @@ class SimulatorNode(Node):
         simulator = settings.simulator
         self.ports = ("vehicle", "gcs") if simulator.gcs_url else ("vehicle",)
         self.vehicle = vehicle = Vehicle(settings)
-        self._telemetry = Telemetry(vehicle.autopilot, vehicle.estimate, vehicle.world)
-        self._station = Station(simulator.system_id, self.ports, vehicle.autopilot, vehicle.estimate, vehicle.world, self._telemetry)
+        self._station = Station(simulator.system_id, self.ports, vehicle.autopilot, vehicle.estimate, vehicle.world)
+        self._telemetry = self._station.telemetry
         self._lead_ns = nanoseconds(simulator.lead_s)
         self._truth_period_ns = nanoseconds(1.0 / simulator.truth_hz)
         self._boot_ns: int | None = None
@@ -82,7 +81,9 @@ class SimulatorNode(Node):
             self._time_ns += STEP_NS
             vehicle.step()
             if self._time_ns >= self._truth_due_ns:
-                self._truth_due_ns = max(self._truth_due_ns + self._truth_period_ns, self._time_ns - self._truth_period_ns)
+                self._truth_due_ns = max(
+                    self._truth_due_ns + self._truth_period_ns, self._time_ns - self._truth_period_ns
+                )
                 out.append(Publication(GROUND_TRUTH, vehicle.ground_truth(self._time_ns)))
             self._telemetry.utc_ns = self._time_ns
             out += [Transmission(port, data, release_at_ns=self._time_ns) for port, data in station.due()]

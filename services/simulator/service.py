@@ -7,7 +7,7 @@ from alight.runtime.node import Node
 from alight.runtime.port import Port
 from schemas.settings import Settings
 from services.simulator.node import SimulatorNode
-# from services.simulator.truth_node import TruthNode
+from services.simulator.truth_node import TruthNode
 
 
 def build(settings: Settings) -> Node:

@@ -29,7 +29,7 @@ class Vehicle:
         self.origin_down_m = -gear_m
         """Down coordinate of the local frame's origin: the body's place when it stands at home."""
         azimuth_rad = math.radians(simulator.home.azimuth_deg)
-        self.body = Body(0.0, 0.0, -gear_m, azimuth_rad, simulator.vehicle.drag_n_per_mps, gear_m)
+        self.body = Body((0.0, 0.0, -gear_m), azimuth_rad, simulator.vehicle.drag_n_per_mps, gear_m)
         normals = Normals(generator(settings.seed, "simulator.wind"))
         self.wind = WindField(simulator.wind, normals, STEP_S)
         errors = generator(settings.seed, "simulator.sensors")

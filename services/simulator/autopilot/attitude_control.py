@@ -61,7 +61,12 @@ class AttitudeControl:
         self._ip = self._iq = self._ir = 0.0
 
     def step(
-        self, wanted: tuple[float, float, float, float], thrust: float, yaw_rate: float, estimate: Estimate, step_s: float
+        self,
+        wanted: tuple[float, float, float, float],
+        thrust: float,
+        yaw_rate: float,
+        estimate: Estimate,
+        step_s: float,
     ) -> Motors:
         """Rotor commands that turn the vehicle to the attitude `wanted` (w, x, y, z) under a collective thrust of 0 to 1."""
         if self._version != self._parameters.version:
@@ -82,7 +87,9 @@ class AttitudeControl:
         self._ir = max(-bound, min(bound, self._ir + self._i_yaw * error_r * step_s))
         return mix(thrust, MIX * roll, MIX * pitch, yaw)
 
-    def _rates(self, wanted: tuple[float, float, float, float], yaw_rate: float, estimate: Estimate) -> tuple[float, float, float]:
+    def _rates(
+        self, wanted: tuple[float, float, float, float], yaw_rate: float, estimate: Estimate
+    ) -> tuple[float, float, float]:
         """Rates that close the attitude error: the swing (tilt) with the full gain, the twist about body z with the yaw gain."""
         a, b, c, d = estimate.qw, estimate.qx, estimate.qy, estimate.qz
         e, f, g, h = wanted
@@ -99,16 +106,35 @@ class AttitudeControl:
         p = 2.0 * self._p_roll_angle * (x * w - y * z) / n
         q = 2.0 * self._p_pitch_angle * (y * w + x * z) / n
         r = 2.0 * self._p_yaw_angle * math.atan2(z, w) + yaw_rate
-        return max(-bound, min(bound, p)), max(-bound, min(bound, q)), max(-self._yaw_rate_max, min(self._yaw_rate_max, r))
+        return (
+            max(-bound, min(bound, p)),
+            max(-bound, min(bound, q)),
+            max(-self._yaw_rate_max, min(self._yaw_rate_max, r)),
+        )
 
     def _load(self) -> None:
         value = self._parameters.__getitem__
         self._version = self._parameters.version
-        self._p_roll_angle, self._p_pitch_angle, self._p_yaw_angle = value("MC_ROLL_P"), value("MC_PITCH_P"), value("MC_YAW_P")
-        self._p_roll, self._i_roll, self._d_roll = value("MC_ROLLRATE_P"), value("MC_ROLLRATE_I"), value("MC_ROLLRATE_D")
-        self._p_pitch, self._i_pitch, self._d_pitch = value("MC_PITCHRATE_P"), value("MC_PITCHRATE_I"), value("MC_PITCHRATE_D")
+        self._p_roll_angle, self._p_pitch_angle, self._p_yaw_angle = (
+            value("MC_ROLL_P"),
+            value("MC_PITCH_P"),
+            value("MC_YAW_P"),
+        )
+        self._p_roll, self._i_roll, self._d_roll = (
+            value("MC_ROLLRATE_P"),
+            value("MC_ROLLRATE_I"),
+            value("MC_ROLLRATE_D"),
+        )
+        self._p_pitch, self._i_pitch, self._d_pitch = (
+            value("MC_PITCHRATE_P"),
+            value("MC_PITCHRATE_I"),
+            value("MC_PITCHRATE_D"),
+        )
         self._p_yaw, self._i_yaw = value("MC_YAWRATE_P"), value("MC_YAWRATE_I")
-        self._rate_max, self._yaw_rate_max = math.radians(value("MC_ROLLRATE_MAX")), math.radians(value("MC_YAWRATE_MAX"))
+        self._rate_max, self._yaw_rate_max = (
+            math.radians(value("MC_ROLLRATE_MAX")),
+            math.radians(value("MC_YAWRATE_MAX")),
+        )
 
 
 def mix(thrust: float, roll: float, pitch: float, yaw: float) -> Motors:

@@ -175,7 +175,7 @@ class Autopilot:
 
     def take_off(self, down_m: float, estimate: Estimate) -> Result:
         """Climb straight up to a level (down, local frame); NaN for MIS_TAKEOFF_ALT above here."""
-        if down_m != down_m:
+        if math.isnan(down_m):
             height = self.parameters["MIS_TAKEOFF_ALT"]
             down_m = estimate.down - height
             self.say(Severity.INFO, f"Using default takeoff altitude: {height:.1f} m")
@@ -183,14 +183,16 @@ class Autopilot:
         guidance.takeoff_north, guidance.takeoff_east, guidance.takeoff_down = estimate.north, estimate.east, down_m
         return self.request_mode(Mode.TAKEOFF, estimate)
 
-    def reposition(self, north: float, east: float, down: float, yaw: float, speed_mps: float, change_mode: bool, estimate: Estimate) -> Result:
-        """Fly to a point in LOITER; NaN keeps what was. Without effect on the ground."""
+    def reposition(
+        self, target: tuple[float, float, float], yaw: float, speed_mps: float, change_mode: bool, estimate: Estimate
+    ) -> Result:
+        """Fly to a point (north, east, down) in LOITER; NaN keeps what was. Without effect on the ground."""
         if self.mode is not Mode.LOITER and not change_mode:
             return Result.DENIED
         if self.mode is not Mode.LOITER or self.failsafe:
             self.request_mode(Mode.LOITER, estimate)
         if self.armed and not self.landed:
-            self.guidance.reposition(north, east, down, yaw, speed_mps, estimate)
+            self.guidance.reposition(target, yaw, speed_mps, estimate)
         return Result.ACCEPTED
 
     def take_offboard_setpoint(self, setpoint: OffboardSetpoint) -> None:
@@ -253,7 +255,7 @@ class Autopilot:
             if self.now_s - self._armed_at_s > self.parameters["COM_DISARM_PRFLT"] >= 0.0:
                 self._stop("Disarmed by auto preflight disarming")
             return
-        if self._lift_wanted_at_s != self._lift_wanted_at_s:
+        if math.isnan(self._lift_wanted_at_s):
             self._lift_wanted_at_s = self.now_s
         if self.now_s - self._lift_wanted_at_s >= TAKEOFF_DETECTED_S:
             self.land_detector.take_off()
@@ -278,7 +280,7 @@ class Autopilot:
             self._thrust = 0.0
             control.reset()
             return
-        yaw = ask.yaw if ask.yaw == ask.yaw else self._held_yaw(estimate)
+        yaw = self._held_yaw(estimate) if math.isnan(ask.yaw) else ask.yaw
         self._attitude, self._thrust = attitude_for(control.thrust, yaw)
         self._yaw_rate = ask.yaw_rate
 
@@ -304,7 +306,7 @@ class Autopilot:
 
     def _ask_offboard(self, estimate: Estimate) -> Setpoint:
         ask = self.offboard.setpoint()
-        if ask.yaw == ask.yaw:
+        if not math.isnan(ask.yaw):
             self.guidance.heading.reset(ask.yaw)
         elif ask.yaw_rate:
             self.guidance.heading.reset(estimate.yaw)
@@ -387,7 +389,9 @@ class Autopilot:
         if mode is Mode.RTL and self.home is not None:
             level = guidance.begin_return(self.home, estimate)
             above = self.home[2] - level
-            self.say(Severity.INFO, f"RTL: start return at {self._altitude(level):.0f} m ({above:.0f} m above destination)")
+            self.say(
+                Severity.INFO, f"RTL: start return at {self._altitude(level):.0f} m ({above:.0f} m above destination)"
+            )
         elif mode in (Mode.LOITER, Mode.LAND) and previous is not mode:
             guidance.hold_here(estimate)
         if mode is Mode.LAND:

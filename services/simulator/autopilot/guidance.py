@@ -4,7 +4,7 @@ import math
 
 from services.simulator.autopilot.parameters import Parameters
 from services.simulator.autopilot.setpoint import NAN, Setpoint
-from services.simulator.autopilot.trajectory import SmoothHeading, SmoothPath
+from services.simulator.autopilot.trajectory import Limits, SmoothHeading, SmoothPath
 from services.simulator.estimator import Estimate
 
 TURN_TO_TARGET_M = 10.0
@@ -47,16 +47,17 @@ class Guidance:
         self.target_yaw = self.heading.yaw
         self.cruise_mps = NAN
 
-    def reposition(self, north: float, east: float, down: float, yaw: float, speed_mps: float, estimate: Estimate) -> None:
-        """Fly to a point and hold there; NaN keeps what it was."""
-        if north == north and east == east:
+    def reposition(self, target: tuple[float, float, float], yaw: float, speed_mps: float, estimate: Estimate) -> None:
+        """Fly to a point (north, east, down) and hold there; NaN keeps what it was."""
+        north, east, down = target
+        if not (math.isnan(north) or math.isnan(east)):
             away_n, away_e = north - estimate.north, east - estimate.east
             self.target_north, self.target_east = north, east
-            if yaw != yaw and math.hypot(away_n, away_e) > TURN_TO_TARGET_M:
+            if math.isnan(yaw) and math.hypot(away_n, away_e) > TURN_TO_TARGET_M:
                 yaw = math.atan2(away_e, away_n)
-        if down == down:
+        if not math.isnan(down):
             self.target_down = down
-        if yaw == yaw:
+        if not math.isnan(yaw):
             self.target_yaw = yaw
         self.cruise_mps = speed_mps
 
@@ -75,8 +76,12 @@ class Guidance:
         """LOITER: stay at, or fly to, the target."""
         self._horizontally(estimate, step_s)
         value = self._parameters
-        up = value["MPC_Z_V_AUTO_UP"] if estimate.height_above_ground_m > value["MPC_LAND_ALT1"] else value["MPC_TKO_SPEED"]
-        self._level(up, value["MPC_Z_V_AUTO_DN"], step_s)
+        up = (
+            value["MPC_Z_V_AUTO_UP"]
+            if estimate.height_above_ground_m > value["MPC_LAND_ALT1"]
+            else value["MPC_TKO_SPEED"]
+        )
+        self._level(estimate.down, up, value["MPC_Z_V_AUTO_DN"], step_s)
         return self._setpoint(step_s)
 
     def take_off(self, estimate: Estimate, step_s: float) -> tuple[Setpoint, bool]:
@@ -94,7 +99,7 @@ class Guidance:
         speed = value["MPC_LAND_SPEED"] + share * (value["MPC_Z_V_AUTO_DN"] - value["MPC_LAND_SPEED"])
         if height < value["MPC_LAND_ALT3"]:
             speed = min(speed, value["MPC_LAND_CRWL"])
-        self.path.advance_at_rate(speed, value["MPC_ACC_DOWN_MAX"], value["MPC_JERK_AUTO"], step_s)
+        self.path.advance_at_rate(speed, Limits(value["MPC_ACC_DOWN_MAX"], value["MPC_JERK_AUTO"]), step_s)
         return self._setpoint(step_s)
 
     def return_home(self, home: tuple[float, float, float], estimate: Estimate, step_s: float) -> tuple[Setpoint, bool]:
@@ -117,23 +122,32 @@ class Guidance:
             (self.target_north, self.target_east),
             (estimate.north, estimate.east),
             min(cruise, value["MPC_XY_VEL_MAX"]),
-            value["MPC_ACC_HOR"],
-            value["MPC_JERK_AUTO"],
-            value["MPC_XY_ERR_MAX"],
+            Limits(value["MPC_ACC_HOR"], value["MPC_JERK_AUTO"], value["MPC_XY_ERR_MAX"]),
             step_s,
         )
 
-    def _level(self, up_mps: float, down_mps: float, step_s: float) -> None:
+    def _level(self, vehicle_down: float, up_mps: float, down_mps: float, step_s: float) -> None:
         value = self._parameters
         acceleration = value["MPC_ACC_DOWN_MAX"] if self.target_down > self.path.down.x else value["MPC_ACC_UP_MAX"]
-        self.path.advance_to_level(self.target_down, up_mps, down_mps, acceleration, value["MPC_JERK_AUTO"], step_s)
+        limits = Limits(acceleration, value["MPC_JERK_AUTO"])
+        self.path.advance_to_level(self.target_down, vehicle_down, (up_mps, down_mps), limits, step_s)
 
     def _setpoint(self, step_s: float) -> Setpoint:
         value = self._parameters
-        if self.target_yaw == self.target_yaw:
+        if not math.isnan(self.target_yaw):
             rate, acceleration = math.radians(value["MPC_YAWRAUTO_MAX"]), math.radians(value["MPC_YAWRAUTO_ACC"])
             self.heading.advance(self.target_yaw, rate, acceleration, step_s)
         north, east, down = self.path.north, self.path.east, self.path.down
         return Setpoint(
-            north.x, east.x, down.x, north.v, east.v, down.v, north.a, east.a, down.a, self.heading.yaw, self.heading.rate
+            north.x,
+            east.x,
+            down.x,
+            north.v,
+            east.v,
+            down.v,
+            north.a,
+            east.a,
+            down.a,
+            self.heading.yaw,
+            self.heading.rate,
         )

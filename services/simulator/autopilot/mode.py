@@ -39,10 +39,7 @@ _STANDARD_MODE = {Mode.POSCTL: 1, Mode.ALTCTL: 3, Mode.RTL: 5, Mode.MISSION: 6, 
 
 def base_mode(mode: Mode, armed: bool) -> int:
     """HEARTBEAT.base_mode: 29 in the automatic modes, 17 in OFFBOARD, 81 with sticks; 128 more when armed."""
-    if mode in AUTO_MODES:
-        bits = 29
-    else:
-        bits = _BASE_MODE.get(mode, 81)
+    bits = 29 if mode in AUTO_MODES else _BASE_MODE.get(mode, 81)
     return bits | (ARMED_FLAG if armed else 0)
 
 

@@ -19,12 +19,12 @@ DEFAULTS: dict[str, float | int] = {
     "MC_PITCHRATE_D": 0.003,
     "MC_PITCHRATE_I": 0.2,
     "MC_PITCHRATE_P": 0.15,
-    "MC_PITCH_P": 6.5,
+    "MC_PITCH_P": 4.0,
     "MC_ROLLRATE_D": 0.003,
     "MC_ROLLRATE_I": 0.2,
     "MC_ROLLRATE_MAX": 220.0,
     "MC_ROLLRATE_P": 0.15,
-    "MC_ROLL_P": 6.5,
+    "MC_ROLL_P": 4.0,
     "MC_YAWRATE_I": 0.1,
     "MC_YAWRATE_MAX": 200.0,
     "MC_YAWRATE_P": 0.2,
@@ -40,7 +40,7 @@ DEFAULTS: dict[str, float | int] = {
     "MPC_LAND_ALT3": 1.0,
     "MPC_LAND_CRWL": 0.3,
     "MPC_LAND_SPEED": 0.7,
-    "MPC_THR_HOVER": 0.49,
+    "MPC_THR_HOVER": 0.5,
     "MPC_THR_MAX": 1.0,
     "MPC_THR_MIN": 0.12,
     "MPC_THR_XY_MARG": 0.3,
@@ -87,7 +87,9 @@ class Parameters:
         """Counts the changes, so that who keeps a copy knows when to take a new one."""
         for name, value in changed.items():
             if name not in DEFAULTS:
-                raise ValueError(f"simulator.parameters: the embedded autopilot has no parameter {name}; it has {', '.join(self.names)}")
+                raise ValueError(
+                    f"simulator.parameters: the embedded autopilot has no parameter {name}; it has {', '.join(self.names)}"
+                )
             self.set(name, value)
 
     def __getitem__(self, name: str) -> float | int:

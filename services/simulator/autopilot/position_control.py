@@ -1,6 +1,7 @@
 """Position P and velocity PID: from a setpoint to the thrust vector, with PX4's limits."""
 
 import math
+from math import isnan
 
 from services.simulator.autopilot.parameters import Parameters
 from services.simulator.autopilot.setpoint import Setpoint
@@ -60,13 +61,13 @@ class PositionControl:
 
     def _velocity(self, ask: Setpoint, estimate: Estimate, up_bound_mps: float) -> tuple[float, float, float]:
         """Position error times gain plus feed-forward; the way to the position has priority within the speed limit."""
-        to_n = self._pos_p_xy * (ask.north - estimate.north) if ask.north == ask.north else 0.0
-        to_e = self._pos_p_xy * (ask.east - estimate.east) if ask.east == ask.east else 0.0
-        to_d = self._pos_p_z * (ask.down - estimate.down) if ask.down == ask.down else 0.0
-        forward_n = ask.vn if ask.vn == ask.vn else 0.0
-        forward_e = ask.ve if ask.ve == ask.ve else 0.0
+        to_n = 0.0 if isnan(ask.north) else self._pos_p_xy * (ask.north - estimate.north)
+        to_e = 0.0 if isnan(ask.east) else self._pos_p_xy * (ask.east - estimate.east)
+        to_d = 0.0 if isnan(ask.down) else self._pos_p_z * (ask.down - estimate.down)
+        forward_n = 0.0 if isnan(ask.vn) else ask.vn
+        forward_e = 0.0 if isnan(ask.ve) else ask.ve
         vn, ve = bounded_sum(to_n, to_e, forward_n, forward_e, self._speed_max)
-        vd = to_d + (ask.vd if ask.vd == ask.vd else 0.0)
+        vd = to_d + (0.0 if isnan(ask.vd) else ask.vd)
         return vn, ve, max(-min(up_bound_mps, self._up_max), min(self._down_max, vd))
 
     def _thrust(self, an: float, ae: float, ad: float) -> tuple[float, float, float]:
@@ -88,9 +89,17 @@ class PositionControl:
         value = self._parameters.__getitem__
         self._version = self._parameters.version
         self._pos_p_xy, self._pos_p_z = value("MPC_XY_P"), value("MPC_Z_P")
-        self._p_xy, self._i_xy, self._d_xy = value("MPC_XY_VEL_P_ACC"), value("MPC_XY_VEL_I_ACC"), value("MPC_XY_VEL_D_ACC")
+        self._p_xy, self._i_xy, self._d_xy = (
+            value("MPC_XY_VEL_P_ACC"),
+            value("MPC_XY_VEL_I_ACC"),
+            value("MPC_XY_VEL_D_ACC"),
+        )
         self._p_z, self._i_z, self._d_z = value("MPC_Z_VEL_P_ACC"), value("MPC_Z_VEL_I_ACC"), value("MPC_Z_VEL_D_ACC")
-        self._speed_max, self._up_max, self._down_max = value("MPC_XY_VEL_MAX"), value("MPC_Z_VEL_MAX_UP"), value("MPC_Z_VEL_MAX_DN")
+        self._speed_max, self._up_max, self._down_max = (
+            value("MPC_XY_VEL_MAX"),
+            value("MPC_Z_VEL_MAX_UP"),
+            value("MPC_Z_VEL_MAX_DN"),
+        )
         self._tilt_max_tan = math.tan(math.radians(min(value("MPC_TILTMAX_AIR"), 80.0)))
         self._hover, self._margin_xy = value("MPC_THR_HOVER"), value("MPC_THR_XY_MARG")
         self._thrust_min, self._thrust_max = value("MPC_THR_MIN"), value("MPC_THR_MAX")

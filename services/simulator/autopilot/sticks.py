@@ -66,5 +66,3 @@ class Sticks:
     def release(self) -> None:
         """The mode ended: what was held is no longer held."""
         self._held = self._held_down = None
-
-

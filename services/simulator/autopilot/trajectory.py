@@ -1,18 +1,29 @@
 """Jerk-limited smoothing of positions and velocities for the automatic modes."""
 
 import math
+from typing import NamedTuple
 
 SETTLE_S = 0.1
 """Near its target the acceleration follows the velocity error over this time instead of the square root, which would chatter."""
 
 
-def speed_to_stop(distance_m: float, acceleration_mps2: float, jerk_mps3: float) -> float:
+class Limits(NamedTuple):
+    """Bounds of a smooth motion."""
+
+    acceleration_mps2: float
+    jerk_mps3: float
+    lag_m: float = 1.0
+    """How far the vehicle may fall behind before the path stands still, metres."""
+
+
+def speed_to_stop(distance_m: float, limits: Limits) -> float:
     """The highest speed from which the vehicle still stops within a distance.
 
     Stopping from v takes v^2 / (2 a) at full deceleration, and 2 a / j seconds more at v while the deceleration builds up.
     """
-    half_delay = acceleration_mps2 * acceleration_mps2 / jerk_mps3 * 2.0
-    return math.sqrt(half_delay * half_delay + 2.0 * acceleration_mps2 * distance_m) - half_delay
+    acceleration = limits.acceleration_mps2
+    half_delay = 2.0 * acceleration * acceleration / limits.jerk_mps3
+    return math.sqrt(half_delay * half_delay + 2.0 * acceleration * distance_m) - half_delay
 
 
 class Axis:
@@ -27,13 +38,14 @@ class Axis:
         """Start from here."""
         self.x, self.v, self.a = x, v, a
 
-    def advance(self, target_v: float, acceleration: float, jerk: float, step_s: float) -> None:
+    def advance(self, target_v: float, limits: Limits, step_s: float) -> None:
         """Move on by `step_s` towards the velocity `target_v`, as fast as jerk and acceleration allow."""
         if step_s <= 0.0:
             return
+        jerk = limits.jerk_mps3
         # The velocity error that will be left when the present acceleration has been taken back to zero.
         error = target_v - self.v - self.a * abs(self.a) / (2.0 * jerk)
-        wanted = min(math.sqrt(2.0 * jerk * abs(error)), abs(error) / SETTLE_S, acceleration)
+        wanted = min(math.sqrt(2.0 * jerk * abs(error)), abs(error) / SETTLE_S, limits.acceleration_mps2)
         if error < 0.0:
             wanted = -wanted
         if abs(error) < 1e-3:
@@ -57,38 +69,41 @@ class SmoothPath:
             axis.reset(x, v, 0.0)
 
     def advance_horizontally(
-        self, target: tuple[float, float], vehicle: tuple[float, float], speed: float, acceleration: float, jerk: float, allowed_error: float, step_s: float
+        self, target: tuple[float, float], vehicle: tuple[float, float], speed: float, limits: Limits, step_s: float
     ) -> None:
-        """Move on towards a point (north, east).
+        """Move on towards a point.
 
         Args:
-            target: Where to, metres.
-            vehicle: Where the vehicle is, metres.
+            target: Where to, north and east, metres.
+            vehicle: Where the vehicle is, north and east, metres.
             speed: Upper bound of the speed, m/s.
-            acceleration: Upper bound, m/s^2.
-            jerk: Upper bound, m/s^3.
-            allowed_error: How far the vehicle may lag before the path stands still, metres.
+            limits: Bounds of the motion.
             step_s: Time step.
         """
         ahead_n, ahead_e = self.north.x - vehicle[0], self.east.x - vehicle[1]
         if ahead_n * self.north.v + ahead_e * self.east.v > 0.0:
-            step_s *= 1.0 - min(math.hypot(ahead_n, ahead_e) / allowed_error, 1.0)
+            step_s *= 1.0 - min(math.hypot(ahead_n, ahead_e) / limits.lag_m, 1.0)
         to_n, to_e = target[0] - self.north.x, target[1] - self.east.x
         distance = math.hypot(to_n, to_e)
-        scale = min(speed, speed_to_stop(distance, acceleration, jerk)) / distance if distance > 1e-6 else 0.0
-        self.north.advance(to_n * scale, acceleration, jerk, step_s)
-        self.east.advance(to_e * scale, acceleration, jerk, step_s)
+        speed = min(speed, speed_to_stop(distance, limits))
+        scale = speed / distance if distance > 1e-6 else 0.0
+        self.north.advance(to_n * scale, limits, step_s)
+        self.east.advance(to_e * scale, limits, step_s)
 
-    def advance_to_level(self, target: float, up: float, down: float, acceleration: float, jerk: float, step_s: float) -> None:
-        """Move on towards a level (down coordinate) at no more than `up` or `down` m/s."""
+    def advance_to_level(
+        self, target: float, vehicle: float, speed_up_down: tuple[float, float], limits: Limits, step_s: float
+    ) -> None:
+        """Move on towards a level (down coordinate); wait for a vehicle that lags."""
+        ahead = self.down.x - vehicle
+        if ahead * self.down.v > 0.0:
+            step_s *= 1.0 - min(abs(ahead) / limits.lag_m, 1.0)
         distance = target - self.down.x
-        bound = down if distance > 0.0 else up
-        speed = min(bound, speed_to_stop(abs(distance), acceleration, jerk))
-        self.down.advance(math.copysign(speed, distance), acceleration, jerk, step_s)
+        speed = min(speed_up_down[1 if distance > 0.0 else 0], speed_to_stop(abs(distance), limits))
+        self.down.advance(math.copysign(speed, distance), limits, step_s)
 
-    def advance_at_rate(self, down_mps: float, acceleration: float, jerk: float, step_s: float) -> None:
+    def advance_at_rate(self, down_mps: float, limits: Limits, step_s: float) -> None:
         """Move on downwards at a rate."""
-        self.down.advance(down_mps, acceleration, jerk, step_s)
+        self.down.advance(down_mps, limits, step_s)
 
 
 class SmoothHeading:
@@ -104,6 +119,8 @@ class SmoothHeading:
     def advance(self, target_rad: float, rate_bound: float, acceleration: float, step_s: float) -> None:
         """Turn on towards an azimuth the short way."""
         error = math.remainder(target_rad - self.yaw, math.tau)
-        wanted = math.copysign(min(rate_bound, math.sqrt(2.0 * acceleration * abs(error)), abs(error) / SETTLE_S / 5.0), error)
+        wanted = math.copysign(
+            min(rate_bound, math.sqrt(2.0 * acceleration * abs(error)), abs(error) / SETTLE_S / 5.0), error
+        )
         self.rate += max(-acceleration * step_s, min(acceleration * step_s, wanted - self.rate))
         self.yaw = math.remainder(self.yaw + step_s * self.rate, math.tau)

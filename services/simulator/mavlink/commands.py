@@ -50,7 +50,7 @@ class Command:
 
 def set_and_not_zero(*values: float) -> bool:
     """Whether any parameter that is not supported is used."""
-    return any(value == value and value != 0.0 for value in values)
+    return any(not math.isnan(value) and value != 0.0 for value in values)
 
 
 class Commands:
@@ -136,12 +136,13 @@ class Commands:
         change_mode = math.isfinite(command.param2) and bool(int(command.param2) & CHANGE_MODE)
         down = self._autopilot.origin_altitude_amsl_m - command.z
         speed = command.param1 if command.param1 > 0.0 else math.nan
-        return self._autopilot.reposition(north, east, down, command.param4, speed, change_mode, self._estimate)
+        return self._autopilot.reposition((north, east, down), command.param4, speed, change_mode, self._estimate)
 
     def _change_altitude(self, command: Command, _link: Link, _replies: list[Message]) -> Result:
         down = self._autopilot.origin_altitude_amsl_m - command.param1
         nan = math.nan
-        return self._autopilot.reposition(nan, nan, down, nan, self._autopilot.guidance.cruise_mps, True, self._estimate)
+        cruise = self._autopilot.guidance.cruise_mps
+        return self._autopilot.reposition((nan, nan, down), nan, cruise, True, self._estimate)
 
     def _change_speed(self, command: Command, _link: Link, _replies: list[Message]) -> Result:
         self._autopilot.guidance.cruise_mps = command.param2 if command.param2 > 0.0 else math.nan
@@ -164,7 +165,9 @@ class Commands:
         message_id = round(command.param1)
         if message_id in ONLY_SWITCHED_OFF and command.param2 < 0.0:
             return Result.ACCEPTED
-        return Result.ACCEPTED if link.set_interval(message_id, command.param2, self._autopilot.now_s) else Result.FAILED
+        return (
+            Result.ACCEPTED if link.set_interval(message_id, command.param2, self._autopilot.now_s) else Result.FAILED
+        )
 
     def _get_interval(self, command: Command, link: Link, replies: list[Message]) -> Result:
         if not math.isfinite(command.param1):
@@ -175,7 +178,10 @@ class Commands:
 
     def _request_message(self, command: Command, link: Link, replies: list[Message]) -> Result:
         message_id = round(command.param1) if math.isfinite(command.param1) else -1
-        stale = message_id == dialect.MAVLINK_MSG_ID_HOME_POSITION and link.sent_home_version == self._autopilot.home_version
+        stale = (
+            message_id == dialect.MAVLINK_MSG_ID_HOME_POSITION
+            and link.sent_home_version == self._autopilot.home_version
+        )
         message = None if stale else self._telemetry.build(message_id, link)
         if message is None:
             # As in PX4: also when nothing new has come since the stream last sent it.

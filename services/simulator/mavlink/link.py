@@ -89,7 +89,11 @@ class Link:
 
     def set_interval(self, message_id: int, interval_us: float, now_s: float) -> bool:
         """Change a stream as MAV_CMD_SET_MESSAGE_INTERVAL does: -1 off, 0 default; False if that cannot be."""
-        if message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT or message_id not in self._streams or not math.isfinite(interval_us):
+        if (
+            message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT
+            or message_id not in self._streams
+            or not math.isfinite(interval_us)
+        ):
             return False
         if interval_us < 0.0:
             self._streams[message_id].period_s = math.inf

@@ -55,22 +55,25 @@ def from_local(message: Message, estimate: Estimate) -> OffboardSetpoint | None:
     return None
 
 
-def complete(message: Message, position: tuple[float, float, float] | None, turned_rad: float) -> OffboardSetpoint | None:
+def complete(
+    message: Message, position: tuple[float, float, float] | None, turned_rad: float
+) -> OffboardSetpoint | None:
     """The velocity and yaw of either message beside its position; None if nothing is left to fly."""
     mask = message.type_mask
     if mask & FORCE:
         return None
     asked = (message.vx, message.vy, message.vz)
     vn, ve, vd = (
-        math.nan if mask & bit or not math.isfinite(value) else value for bit, value in zip(IGNORE_VELOCITY, asked, strict=True)
+        math.nan if mask & bit or not math.isfinite(value) else value
+        for bit, value in zip(IGNORE_VELOCITY, asked, strict=True)
     )
-    if vn != vn or ve != ve:
+    if math.isnan(vn) or math.isnan(ve):
         vn = ve = math.nan
-    if turned_rad and vn == vn:
+    if turned_rad and not math.isnan(vn):
         cos_yaw, sin_yaw = math.cos(turned_rad), math.sin(turned_rad)
         vn, ve = vn * cos_yaw - ve * sin_yaw, vn * sin_yaw + ve * cos_yaw
-    velocity = None if vn != vn and vd != vd else (vn, ve, vd)
-    if position is None and (velocity is None or vn != vn or vd != vd):
+    velocity = None if math.isnan(vn) and math.isnan(vd) else (vn, ve, vd)
+    if position is None and (velocity is None or math.isnan(vn) or math.isnan(vd)):
         return None
     yaw = None if mask & IGNORE_YAW or not math.isfinite(message.yaw) else message.yaw
     rate = None if mask & IGNORE_YAW_RATE or not math.isfinite(message.yaw_rate) else message.yaw_rate

@@ -1,5 +1,7 @@
 """The MAVLink station: takes what comes over the links and sends what is due."""
 
+from collections.abc import Callable
+
 from services.simulator.autopilot.autopilot import Autopilot
 from services.simulator.estimator import Estimate
 from services.simulator.mavlink import setpoints
@@ -19,15 +21,26 @@ NAN = float("nan")
 class Station:
     """The autopilot's end of its links."""
 
-    def __init__(self, system_id: int, ports: tuple[str, ...], autopilot: Autopilot, estimate: Estimate, world: World, telemetry: Telemetry) -> None:
+    def __init__(
+        self, system_id: int, ports: tuple[str, ...], autopilot: Autopilot, estimate: Estimate, world: World
+    ) -> None:
         self._system_id = system_id
         self._links = {port: Link(port, system_id) for port in ports}
         self._autopilot = autopilot
         self._estimate = estimate
         self._world = world
-        self._telemetry = telemetry
-        self._commands = Commands(autopilot, estimate, telemetry, world)
+        self.telemetry = Telemetry(autopilot, estimate, world)
+        self._commands = Commands(autopilot, estimate, self.telemetry, world)
         self._parameters = ParameterProtocol(autopilot.parameters)
+        self._answers: dict[str, Callable[[Message, Link], list[Message]]] = {
+            "COMMAND_LONG": self._commands.handle,
+            "COMMAND_INT": self._commands.handle,
+            "SET_MODE": self._set_mode,
+            "PING": self._echo,
+            "PARAM_REQUEST_READ": lambda message, _link: self._parameters.read(message),
+            "PARAM_REQUEST_LIST": lambda _message, _link: self._parameters.read_all(),
+            "PARAM_SET": lambda message, _link: self._parameters.set(message),
+        }
         self.dropped_setpoints = 0
         """Setpoints of a frame or mask that PX4 drops without a word."""
         self.foreign = 0
@@ -45,7 +58,7 @@ class Station:
             for link in self._links.values():
                 link.say(severity, text)
         autopilot.texts.clear()
-        now_s, build = autopilot.now_s, self._telemetry.build
+        now_s, build = autopilot.now_s, self.telemetry.build
         sendings = [(port, link.due(now_s, build)) for port, link in self._links.items()]
         return [(port, data) for port, data in sendings if data]
 
@@ -86,23 +99,21 @@ class Station:
             self.foreign += 1
             return []
         kind = message.get_type()
-        if kind in ("COMMAND_LONG", "COMMAND_INT"):
-            return self._commands.handle(message, link)
         if kind == "TIMESYNC":
             # tc1 = 0 asks for the time; anything else answers the autopilot's own question.
             return [dialect.MAVLink_timesync_message(clock_ns, message.ts1)] if message.tc1 == 0 else []
-        if kind == "PING" and message.target_system == 0:
-            return [dialect.MAVLink_ping_message(message.time_usec, message.seq, message.get_srcSystem(), message.get_srcComponent())]
-        if kind == "PARAM_REQUEST_READ":
-            return self._parameters.read(message)
-        if kind == "PARAM_REQUEST_LIST":
-            return self._parameters.read_all()
-        if kind == "PARAM_SET":
-            return self._parameters.set(message)
-        if kind == "SET_MODE":
-            return self._set_mode(message, link)
+        answer = self._answers.get(kind)
+        if answer is not None:
+            return answer(message, link)
         self._listen(kind, message, link)
         return []
+
+    def _echo(self, message: Message, _link: Link) -> list[Message]:
+        """Answer a ping to everybody; one to somebody is an answer itself."""
+        if message.target_system:
+            return []
+        sender = message.get_srcSystem(), message.get_srcComponent()
+        return [dialect.MAVLink_ping_message(message.time_usec, message.seq, *sender)]
 
     def _listen(self, kind: str, message: Message, link: Link) -> None:
         """What changes something and is never answered."""
@@ -127,5 +138,7 @@ class Station:
     def _set_mode(self, message: Message, link: Link) -> list[Message]:
         """The old SET_MODE message, answered as MAV_CMD_DO_SET_MODE."""
         main, sub = message.custom_mode >> 16 & 0xFF, message.custom_mode >> 24 & 0xFF
-        command = Command(dialect.MAV_CMD_DO_SET_MODE, float(message.base_mode), float(main), float(sub), NAN, NAN, NAN, NAN)
+        command = Command(
+            dialect.MAV_CMD_DO_SET_MODE, float(message.base_mode), float(main), float(sub), NAN, NAN, NAN, NAN
+        )
         return self._commands.carry_out(command, link, message.get_srcSystem(), message.get_srcComponent())

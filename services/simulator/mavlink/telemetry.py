@@ -38,7 +38,11 @@ class Telemetry:
         self._ping_sequence = 0
         self._builders: dict[int, Callable[[Link], Message | None]] = {
             message_id: getattr(self, f"_{dialect.mavlink_map[message_id].msgname.lower()}")
-            for message_id in (*DEFAULT_HZ, dialect.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
+            for message_id in (
+                *DEFAULT_HZ,
+                dialect.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN,
+                dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION,
+            )
         }
 
     def build(self, message_id: int, link: Link) -> Message | None:
@@ -84,14 +88,28 @@ class Telemetry:
         share = autopilot.battery_remaining
         low, full = BATTERY_MV
         return dialect.MAVLink_sys_status_message(
-            SENSORS_PRESENT, SENSORS_ENABLED, health, 140, round(low + share * (full - low)), -1, round(100 * share), 0, 0, 0, 0, 0, 0
+            SENSORS_PRESENT,
+            SENSORS_ENABLED,
+            health,
+            140,
+            round(low + share * (full - low)),
+            -1,
+            round(100 * share),
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
         )
 
     def _battery_status(self, _link: Link) -> Message:
         share = self._autopilot.battery_remaining
         low, full = BATTERY_MV
         voltages = [round(low + share * (full - low)), *[UNKNOWN_16] * 9]
-        return dialect.MAVLink_battery_status_message(0, 1, 1, TEMPERATURE_UNKNOWN, voltages, -1, 0, -1, round(100 * share), 0, 1)
+        return dialect.MAVLink_battery_status_message(
+            0, 1, 1, TEMPERATURE_UNKNOWN, voltages, -1, 0, -1, round(100 * share), 0, 1
+        )
 
     def _system_time(self, _link: Link) -> Message:
         return dialect.MAVLink_system_time_message(self.utc_ns // 1000, self._ms)
@@ -117,7 +135,9 @@ class Telemetry:
 
     def _attitude_target(self, _link: Link) -> Message:
         autopilot = self._autopilot
-        return dialect.MAVLink_attitude_target_message(self._ms, 0, list(autopilot.attitude_setpoint), 0.0, 0.0, 0.0, autopilot.thrust)
+        return dialect.MAVLink_attitude_target_message(
+            self._ms, 0, list(autopilot.attitude_setpoint), 0.0, 0.0, 0.0, autopilot.thrust
+        )
 
     def _global_position_int(self, _link: Link) -> Message | None:
         if self._autopilot.now_s < POSITION_VALID_S:
@@ -175,7 +195,10 @@ class Telemetry:
         world = self._world
         altitude_m = self._autopilot.origin_altitude_amsl_m
         return dialect.MAVLink_gps_global_origin_message(
-            round(world.latitude_deg * 1e7), round(world.longitude_deg * 1e7), round(altitude_m * 1e3), round(ORIGIN_SET_S * 1e6)
+            round(world.latitude_deg * 1e7),
+            round(world.longitude_deg * 1e7),
+            round(altitude_m * 1e3),
+            round(ORIGIN_SET_S * 1e6),
         )
 
     def _home_position(self, link: Link) -> Message | None:
@@ -205,7 +228,9 @@ class Telemetry:
         amsl_m = autopilot.origin_altitude_amsl_m - e.down
         relative_m = (autopilot.home[2] if autopilot.home else 0.0) - e.down
         height_m = e.height_above_ground_m
-        return dialect.MAVLink_altitude_message(self._us, amsl_m, amsl_m, -e.down, relative_m, amsl_m - height_m, height_m)
+        return dialect.MAVLink_altitude_message(
+            self._us, amsl_m, amsl_m, -e.down, relative_m, amsl_m - height_m, height_m
+        )
 
     def _distance_sensor(self, _link: Link) -> Message:
         centimetres = max(0, min(10000, round(self._estimate.height_above_ground_m * 100.0)))
@@ -220,7 +245,9 @@ class Telemetry:
         )
 
     def _estimator_status(self, _link: Link) -> Message:
-        return dialect.MAVLink_estimator_status_message(self._us, 1023, 0.02, 0.02, 0.02, 0.05, 0.02, math.nan, 0.3, 0.15)
+        return dialect.MAVLink_estimator_status_message(
+            self._us, 1023, 0.02, 0.02, 0.02, 0.05, 0.02, math.nan, 0.3, 0.15
+        )
 
     def _position_target_local_ned(self, _link: Link) -> Message:
         autopilot = self._autopilot
@@ -230,7 +257,7 @@ class Telemetry:
                 self._ms, 1, IGNORE_ALL, nan, nan, nan, nan, nan, nan, 0.0, 0.0, 100.0, self._estimate.yaw, 0.0
             )
         s = autopilot.position_control.setpoint
-        yaw = s.yaw if s.yaw == s.yaw else self._estimate.yaw
+        yaw = self._estimate.yaw if math.isnan(s.yaw) else s.yaw
         return dialect.MAVLink_position_target_local_ned_message(
             self._ms, 1, 0, s.north, s.east, s.down, s.vn, s.ve, s.vd, s.an, s.ae, s.ad, yaw, s.yaw_rate
         )
@@ -249,7 +276,9 @@ class Telemetry:
 
     def _current_mode(self, _link: Link) -> Message:
         autopilot = self._autopilot
-        return dialect.MAVLink_current_mode_message(standard_mode(autopilot.mode), int(autopilot.mode), int(autopilot.intended))
+        return dialect.MAVLink_current_mode_message(
+            standard_mode(autopilot.mode), int(autopilot.mode), int(autopilot.intended)
+        )
 
     def _autopilot_version(self, _link: Link) -> Message:
         version = 0x011100FF

@@ -18,7 +18,15 @@ TICK_NS = 4_000_000
 class Client:
     """Drives the node in virtual time and keeps what it said, as (seconds since power-on, message)."""
 
-    def __init__(self, settings: Settings | None = None, *, gcs: bool = True, heartbeat: bool = True, system: int = 245, component: int = 191) -> None:
+    def __init__(
+        self,
+        settings: Settings | None = None,
+        *,
+        gcs: bool = True,
+        heartbeat: bool = True,
+        system: int = 245,
+        component: int = 191,
+    ) -> None:
         self.node = SimulatorNode(settings or Settings())
         self.now_ns = LOCKSTEP_EPOCH_NS
         self.log: list[tuple[float, Any]] = []
@@ -91,11 +99,15 @@ class Client:
         self.until(lambda: self.mode == 0x03040000, 40)
         return self
 
-    def reposition(self, north_m: float, east_m: float, altitude_amsl_m: float, yaw: float = math.nan, speed: float = -1.0) -> int | None:
+    def reposition(
+        self, north_m: float, east_m: float, altitude_amsl_m: float, yaw: float = math.nan, speed: float = -1.0
+    ) -> int | None:
         x, y = self.degrees_1e7(north_m, east_m)
         return self.command_int(192, [speed, 1.0, 0.0, yaw], x, y, altitude_amsl_m)
 
-    def offboard_position(self, north_m: float, east_m: float, altitude_amsl_m: float, vz: float | None = None, frame: int = 5) -> None:
+    def offboard_position(
+        self, north_m: float, east_m: float, altitude_amsl_m: float, vz: float | None = None, frame: int = 5
+    ) -> None:
         x, y = self.degrees_1e7(north_m, east_m)
         mask = 0xDF8 if vz is None else 0xDD8
         self.send(
