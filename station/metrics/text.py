@@ -42,10 +42,12 @@ def _flown(summary: FlightSummary) -> list[tuple[str, str]]:
     if paper is None:
         return []
     true = f", {summary.touchdown.distance_flown_m:.2f} m by the truth" if summary.touchdown else ""
-    time = "never reached the ground" if paper.time_s is None else f"{paper.time_s:.1f} s"
+    flown = f"{paper.distance_m:.2f} m ({paper.straight_line_m:.2f} m in a straight line{true})"
+    if paper.time_s is None:
+        return [("distance flown", flown), ("time to land", "never reached the ground")]
     return [
-        ("distance flown", f"{paper.distance_m:.2f} m ({paper.straight_line_m:.2f} m in a straight line{true})"),
-        ("time to land", time),
+        ("distance flown", flown),
+        ("time to land", f"{paper.time_s:.1f} s"),
         ("last ten positions", f"RMSE {length(paper.rmse_m)} ({paper.rmse_1e7_deg:.2f}e-7 deg) as navigated"),
     ]
 

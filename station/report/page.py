@@ -70,8 +70,8 @@ def _numbers(summary: FlightSummary) -> str:
     if summary.touchdown:
         numbers.append((length(summary.touchdown.error_m), "true error at touchdown"))
     if summary.paper:
-        time_s = summary.paper.time_s
-        numbers.append(("-" if time_s is None else f"{time_s:.1f} s", "time to land"))
+        if summary.paper.time_s is not None:
+            numbers.append((f"{summary.paper.time_s:.1f} s", "time to land"))
         numbers.append((f"{summary.paper.distance_m:.1f} m", f"flown; {summary.paper.straight_line_m:.1f} m straight"))
     if summary.detection and summary.detection.rate is not None:
         numbers.append((f"{summary.detection.rate:.1%}", f"of {summary.detection.examined} frames show the pad"))

@@ -30,17 +30,25 @@ def measures(summary: FlightSummary) -> str:
     paper, contact = summary.paper, summary.touchdown
     rows = []
     if paper:
-        time = "not reached" if paper.time_s is None else f"{paper.time_s:.2f} s"
         rows += [
             ("Distance flown (Eq. 29)", f"{paper.distance_m:.2f} m", "37.44 m", "steps between the logged positions"),
-            ("Time to land (Eq. 30)", time, "44.64 s", "from 99.8 % of the start height to the ground"),
+            ("Straight line to the pad", f"{paper.straight_line_m:.2f} m", "24.5 m", "from the start, as navigated"),
+        ]
+    if paper and paper.time_s is not None:
+        rmse = f"{length(paper.rmse_m)}, {paper.rmse_1e7_deg:.2f}e-7 deg"
+        rows += [
             (
-                "RMSE of the last ten positions (Eq. 28)",
-                f"{length(paper.rmse_m)}, {paper.rmse_1e7_deg:.2f}e-7 deg",
-                "0.875e-7 deg",
-                "as navigated, so the autopilot's own position error is in it",
+                "Time to land (Eq. 30)",
+                f"{paper.time_s:.2f} s",
+                "44.64 s",
+                "from 99.8 % of the start height to the ground",
             ),
-            ("Straight line from start to pad", f"{paper.straight_line_m:.2f} m", "24.5 m", "as navigated"),
+            (
+                "RMSE at the end (Eq. 28)",
+                rmse,
+                "0.875e-7 deg",
+                "last ten positions as navigated, their own error included",
+            ),
         ]
     if contact:
         rows += [
