@@ -11,10 +11,15 @@ from alight.runtime.settings_file import SettingsError
 from schemas.message import Vector3
 from schemas.settings import Settings
 from station.director import FlightDirector, FlightPlan
+from station.flight_record import read_flight
 from station.flight_settings import add_flight_settings_arguments, flight_settings
 from station.live_flight import LiveOutcome, fly_live
 from station.lockstep_flight import fly_lockstep
+from station.metrics.summary import summarise
+from station.metrics.text import summary_lines
 from station.progress import progress_line
+from station.report.error import ReportError
+from station.report.write import write_report
 
 ALL_SERVICES = ("simulator", "commander", "camera", "detector", "geolocator", "filter", "recorder")
 START_NED_M: Vector3 = (10.0, 10.0, -20.0)
@@ -72,7 +77,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="services that run elsewhere, on the same bus",
     )
     flight.add_argument(
-        "--connect-timeout", type=float, default=30.0, metavar="S", help="wait so long for vehicle and services (default 30)"
+        "--connect-timeout",
+        type=float,
+        default=30.0,
+        metavar="S",
+        help="wait so long for vehicle and services (default 30)",
     )
     flight.add_argument("--timeout", type=float, default=300.0, metavar="S", help="give up after so many seconds")
     flight.add_argument("--out", type=Path, metavar="DIR", help="where to write (default flights/<time>)")

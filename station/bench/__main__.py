@@ -1,0 +1,25 @@
+"""`make bench`, or `python -m station.bench [NAME...]`: prints the tables."""
+
+import sys
+
+from station.bench.lockstep import bench_lockstep
+from station.bench.overhead import bench_overhead
+from station.bench.stages import bench_stages
+
+BENCHES = {"overhead": bench_overhead, "stages": bench_stages, "lockstep": bench_lockstep}
+
+
+def main() -> int:
+    """Run the named benches, or all."""
+    names = sys.argv[1:] or list(BENCHES)
+    unknown = [name for name in names if name not in BENCHES]
+    if unknown:
+        sys.stderr.write(f"no such bench: {', '.join(unknown)}; there are {', '.join(BENCHES)}\n")
+        return 2
+    for name in names:
+        BENCHES[name]()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
