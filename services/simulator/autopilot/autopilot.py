@@ -28,7 +28,7 @@ RAMP_DELAY_S = 0.4
 """Between the end of the spool-up and the beginning of the takeoff ramp."""
 TAKEOFF_DETECTED_S = 0.85
 """After the end of the spool-up."""
-RAMP_INTEGRAL_MPS2 = 3.6
+RAMP_INTEGRAL_MPS2 = 5.0
 """The vertical integral at the beginning of the takeoff ramp: presses the vehicle down."""
 GCS_TIMEOUT_LAG_S = 2.0
 """PX4 acts this much later than COM_DL_LOSS_T."""

@@ -17,6 +17,8 @@ INT_MAX = 2**31 - 1
 FORCE_DISARM = 21196
 CUSTOM_MODE_ENABLED = 1
 CHANGE_MODE = 1
+LARGEST_PARAMETER = 1e9
+HIGHEST_M = 1e5
 NO_ANSWER = frozenset({1000, 1001, 205})
 """Gimbal commands: with MNT_MODE_IN -1 nobody answers them."""
 ONLY_SWITCHED_OFF = frozenset({29, 36, 105, 241, 290, 291, 331, 441, 514, 12901, 12904})
@@ -45,7 +47,14 @@ class Command:
         else:
             nowhere = INT_MAX in (message.x, message.y)
             x, y, z = (math.nan, math.nan, message.z) if nowhere else (message.x * 1e-7, message.y * 1e-7, message.z)
-        return cls(message.command, message.param1, message.param2, message.param3, message.param4, x, y, z)
+        first_four = (message.param1, message.param2, message.param3, message.param4)
+        one, two, three, four = (sane(value, LARGEST_PARAMETER) for value in first_four)
+        return cls(message.command, one, two, three, four, sane(x, 180.0), sane(y, 180.0), sane(z, HIGHEST_M))
+
+
+def sane(value: float, bound: float) -> float:
+    """The value, or NaN (not given) for what is infinite or beyond all reason."""
+    return value if abs(value) <= bound else math.nan
 
 
 def set_and_not_zero(*values: float) -> bool:
@@ -131,7 +140,7 @@ class Commands:
 
     def _reposition(self, command: Command, _link: Link, _replies: list[Message]) -> Result:
         north, east = math.nan, math.nan
-        if abs(command.latitude_deg) <= 90.0 and abs(command.longitude_deg) <= 180.0:
+        if abs(command.latitude_deg) <= 90.0 and not math.isnan(command.longitude_deg):
             north, east = self._world.metres(command.latitude_deg, command.longitude_deg)
         change_mode = math.isfinite(command.param2) and bool(int(command.param2) & CHANGE_MODE)
         down = self._autopilot.origin_altitude_amsl_m - command.z
@@ -153,7 +162,7 @@ class Commands:
         if command.param1 == 1.0:
             self._autopilot.set_home((estimate.north, estimate.east, estimate.down), estimate.yaw)
             return Result.ACCEPTED
-        if not all(math.isfinite(value) for value in (command.latitude_deg, command.longitude_deg, command.z)):
+        if math.isnan(command.longitude_deg) or math.isnan(command.z) or not abs(command.latitude_deg) <= 90.0:
             return Result.DENIED
         north, east = self._world.metres(command.latitude_deg, command.longitude_deg)
         self._autopilot.set_home((north, east, self._autopilot.origin_altitude_amsl_m - command.z), estimate.yaw)

@@ -13,6 +13,9 @@ IGNORE_VELOCITY = (0x008, 0x010, 0x020)
 FORCE = 0x200
 IGNORE_YAW = 0x400
 IGNORE_YAW_RATE = 0x800
+FARTHEST_M = 1e6
+FASTEST = 1e3
+"""Larger numbers, infinity and NaN are no setpoint: m/s, rad and rad/s alike."""
 
 
 def from_global(message: Message, autopilot: Autopilot, estimate: Estimate, world: World) -> OffboardSetpoint | None:
@@ -23,7 +26,8 @@ def from_global(message: Message, autopilot: Autopilot, estimate: Estimate, worl
     """
     position = None
     if not message.type_mask & IGNORE_POSITION:
-        if abs(message.lat_int) > 900_000_000 or abs(message.lon_int) > 1_800_000_000 or not math.isfinite(message.alt):
+        on_earth = abs(message.lat_int) <= 900_000_000 and abs(message.lon_int) <= 1_800_000_000
+        if not on_earth or not abs(message.alt) <= FARTHEST_M:
             return None
         north, east = world.metres(message.lat_int * 1e-7, message.lon_int * 1e-7)
         frame, home = message.coordinate_frame, autopilot.home
@@ -47,7 +51,7 @@ def from_local(message: Message, estimate: Estimate) -> OffboardSetpoint | None:
         position = None
         if not message.type_mask & IGNORE_POSITION:
             position = (message.x, message.y, message.z)
-            if not all(map(math.isfinite, position)):
+            if not all(abs(value) <= FARTHEST_M for value in position):
                 return None
         return complete(message, position, 0.0)
     if message.coordinate_frame in (dialect.MAV_FRAME_BODY_NED, dialect.MAV_FRAME_BODY_FRD):
@@ -64,7 +68,7 @@ def complete(
         return None
     asked = (message.vx, message.vy, message.vz)
     vn, ve, vd = (
-        math.nan if mask & bit or not math.isfinite(value) else value
+        math.nan if mask & bit or not abs(value) <= FASTEST else value
         for bit, value in zip(IGNORE_VELOCITY, asked, strict=True)
     )
     if math.isnan(vn) or math.isnan(ve):
@@ -75,6 +79,6 @@ def complete(
     velocity = None if math.isnan(vn) and math.isnan(vd) else (vn, ve, vd)
     if position is None and (velocity is None or math.isnan(vn) or math.isnan(vd)):
         return None
-    yaw = None if mask & IGNORE_YAW or not math.isfinite(message.yaw) else message.yaw
-    rate = None if mask & IGNORE_YAW_RATE or not math.isfinite(message.yaw_rate) else message.yaw_rate
+    yaw = None if mask & IGNORE_YAW or not abs(message.yaw) <= FASTEST else message.yaw
+    rate = None if mask & IGNORE_YAW_RATE or not abs(message.yaw_rate) <= FASTEST else message.yaw_rate
     return OffboardSetpoint(position, velocity, yaw, rate)

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 
-from services.simulator.autopilot.autopilot import POSITION_VALID_S, STANDBY_S, Autopilot
+from services.simulator.autopilot.autopilot import CAN_ARM_S, HOME_VALID_S, POSITION_VALID_S, STANDBY_S, Autopilot
 from services.simulator.autopilot.mode import Mode, base_mode, standard_mode
 from services.simulator.estimator import Estimate
 from services.simulator.mavlink.dialect import Message, dialect
@@ -12,9 +12,12 @@ from services.simulator.world import World
 
 LOCAL_VALID_S = 1.0
 ORIGIN_SET_S = 0.76
-SENSORS_PRESENT = 50380847
-SENSORS_ENABLED = 50446383
-SENSORS_HEALTH = 52463679
+SENSORS = (
+    (0.0, (0, 0, 52545599)),
+    (HOME_VALID_S, (50380815, 52545551, 50364479)),
+    (CAN_ARM_S, (50380847, 50446383, 52463679)),
+)
+"""SYS_STATUS while PX4 starts: from this many seconds after boot, what is present, enabled and healthy."""
 PREARM_CHECK = 0x10000000
 CAPABILITIES = 0xE4EF
 """As PX4 reports it; the bit of SET_POSITION_TARGET_GLOBAL_INT is not in it although the message works."""
@@ -84,12 +87,13 @@ class Telemetry:
     def _sys_status(self, _link: Link) -> Message:
         autopilot = self._autopilot
         ready = autopilot.now_s >= STANDBY_S and (autopilot.armed or autopilot.can_arm)
-        health = SENSORS_HEALTH | (PREARM_CHECK if ready else 0)
+        present, enabled, health = next(bits for from_s, bits in reversed(SENSORS) if autopilot.now_s >= from_s)
+        health |= PREARM_CHECK if ready else 0
         share = autopilot.battery_remaining
         low, full = BATTERY_MV
         return dialect.MAVLink_sys_status_message(
-            SENSORS_PRESENT,
-            SENSORS_ENABLED,
+            present,
+            enabled,
             health,
             140,
             round(low + share * (full - low)),

@@ -1,0 +1,110 @@
+"""The ground truth of a PX4 simulation that runs elsewhere."""
+
+import math
+
+import pytest
+from pymavlink.dialects.v20 import development as mavlink
+
+from alight.runtime.clock import LOCKSTEP_EPOCH_NS
+from alight.runtime.node import Publication, Transmission
+from schemas.settings import Settings
+from services.simulator.truth_node import TruthNode
+
+BOOT_NS = LOCKSTEP_EPOCH_NS - 7_000_000_000
+LATITUDE_1E7, LONGITUDE_1E7, ALTITUDE_MM = 473_977_420, 85_455_940, 489_400
+
+
+class Px4:
+    """What the simulation at the other end says."""
+
+    def __init__(self, **simulator) -> None:
+        self.node = TruthNode(Settings(simulator={"kind": "mavlink_truth", **simulator}))
+        self.mav = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
+        self.now_ns = LOCKSTEP_EPOCH_NS
+
+    def say(self, message) -> list:
+        data = message.pack(self.mav)
+        self.mav.seq = (self.mav.seq + 1) % 256
+        return [
+            output.message
+            for output in self.node.on_bytes("vehicle", data, self.now_ns)
+            if isinstance(output, Publication)
+        ]
+
+    def asked(self) -> list:
+        parser = mavlink.MAVLink(None)
+        data = b"".join(output.data for output in self.node.on_tick(self.now_ns) if isinstance(output, Transmission))
+        return parser.parse_buffer(data) or []
+
+    def answer_timesync(self, delay_ns: int = 2_000_000) -> None:
+        asked = next(message for message in self.asked() if message.get_type() == "TIMESYNC")
+        self.now_ns += delay_ns
+        self.say(mavlink.MAVLink_timesync_message(self.now_ns - delay_ns // 2 - BOOT_NS, asked.ts1))
+
+    def landed(self, state: int = 1) -> None:
+        self.say(mavlink.MAVLink_extended_sys_state_message(0, state))
+
+    def truth(self, up_m: float = 0.0, north_m: float = 0.0, q=(1.0, 0.0, 0.0, 0.0)) -> list:
+        self.now_ns += 10_000_000
+        time_us = (self.now_ns - BOOT_NS) // 1000
+        latitude = LATITUDE_1E7 + round(north_m / 111_170.0 * 1e7)
+        altitude = ALTITUDE_MM + round(up_m * 1000)
+        return self.say(
+            mavlink.MAVLink_hil_state_quaternion_message(
+                time_us, list(q), 0.0, 0.0, 0.0, latitude, LONGITUDE_1E7, altitude, 0, 0, 0, 0, 0, 0, 0, 0
+            )
+        )
+
+
+@pytest.fixture
+def px4() -> Px4:
+    return Px4(pad={"north_m": 5.0, "east_m": 0.0})
+
+
+def test_it_asks_for_the_truth_until_it_comes(px4):
+    wanted = [message.param1 for message in px4.asked() if message.get_type() == "COMMAND_LONG"]
+    assert mavlink.MAVLINK_MSG_ID_HIL_STATE_QUATERNION in wanted
+    px4.now_ns += 1_500_000_000
+    assert any(message.get_type() == "COMMAND_LONG" for message in px4.asked())
+    assert "no ground truth" in px4.node.complaints(px4.now_ns)[0]
+    px4.truth()
+    px4.now_ns += 990_000_000
+    assert not any(message.get_type() == "COMMAND_LONG" for message in px4.asked())
+
+
+def test_nothing_is_published_before_time_and_home_are_known(px4):
+    assert px4.truth() == []
+    px4.answer_timesync()
+    px4.landed(2)
+    assert px4.truth(up_m=3.0) == []
+    px4.landed(1)
+    assert len(px4.truth()) == 1
+
+
+def test_the_pad_lies_at_its_offset_from_where_the_vehicle_first_stood(px4):
+    px4.answer_timesync()
+    px4.landed()
+    (standing,) = px4.truth()
+    (flying,) = px4.truth(up_m=10.0, north_m=5.0)
+    assert standing.vehicle_from_pad_ned_m == pytest.approx((-5.0, 0.0, -0.2), abs=0.01)
+    assert standing.touching_ground
+    assert flying.vehicle_from_pad_ned_m == pytest.approx((0.0, 0.0, -10.2), abs=0.02)
+    assert not flying.touching_ground
+
+
+def test_its_stamp_is_the_sample_time_in_utc(px4):
+    px4.answer_timesync()
+    px4.landed()
+    (message,) = px4.truth()
+    assert message.at_ns == pytest.approx(px4.now_ns, abs=2_000)
+
+
+def test_a_flipped_quaternion_is_the_same_attitude_and_nonsense_is_dropped(px4):
+    px4.answer_timesync()
+    px4.landed()
+    half = math.sqrt(0.5)
+    (one,) = px4.truth(q=(half, 0.0, 0.0, half))
+    (other,) = px4.truth(q=(-half, 0.0, 0.0, -half))
+    assert one.q_ned_body == pytest.approx(other.q_ned_body)
+    assert px4.truth(q=(0.0, 0.0, 0.0, 0.0)) == []
+    assert px4.truth(q=(math.nan, 0.0, 0.0, 0.0)) == []
