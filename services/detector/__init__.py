@@ -1,1 +1,1 @@
-
+"""The detector: markers in frames."""

@@ -1,0 +1,145 @@
+"""What the true camera sees: the pad on its ground, lit, before lens blur and sensor."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from alight.geometry.camera import PinholeCamera
+from services.camera.ground import COARSE_TEXEL_M, Ground
+from services.camera.pad_print import BLUR_TEXELS, PadPrint
+from services.camera.ray_grid import STEP_PX, Grid, RayGrid, enlarged
+from services.camera.viewpoint import Viewpoint
+
+Picture = NDArray[np.uint8]
+
+_SKY_LEVEL = 190
+_LOWEST_SINE = 0.02
+_BOARD_POINTS_A_SIDE = 6
+_SMALL_BOARD_PX = 64.0
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A rendered picture that still lacks the lens's blur."""
+
+    picture: Picture
+    """(height, width), grey levels."""
+    blur_px2: float
+    """Variance, along one axis, of the blur that the pad's sampling already brought, pixels squared."""
+
+
+class Renderer:
+    """Draws the ground and the pad through one camera."""
+
+    def __init__(self, camera: PinholeCamera, pad: PadPrint, ground: Ground) -> None:
+        self._camera = camera
+        self._pad = pad
+        self._ground = ground
+        self._grid = RayGrid(camera)
+        self._outline_m = _outline(pad.board_m / 2.0)
+
+    @property
+    def rays(self) -> Grid:
+        """The camera's rays on the grid's nodes, (rows + 2, columns + 2, 3)."""
+        return self._grid.rays
+
+    def ground_nodes(self, viewpoint: Viewpoint) -> tuple[Grid, Grid]:
+        """Where the rays of the grid meet the ground.
+
+        Returns:
+            Marker x, y in metres (rows + 2, columns + 2, 2), and the sine-like third coordinate (rows + 2, columns + 2), which is
+            `_LOWEST_SINE` where a ray goes to the sky.
+        """
+        hit = self._grid.rays @ viewpoint.ground_from_ray.T.astype(np.float32)
+        down = np.maximum(hit[..., 2], np.float32(_LOWEST_SINE))
+        return np.asarray(hit[..., :2] / down[..., None], np.float32), down
+
+    def render(self, viewpoint: Viewpoint) -> Scene:
+        """Draw from one viewpoint, at one instant."""
+        nodes_m, down = self.ground_nodes(viewpoint)
+        picture = self._draw_ground(nodes_m, viewpoint.position_marker_m[2])
+        blur_px2 = self._draw_pad(picture, viewpoint, nodes_m)
+        if float(down.min()) <= _LOWEST_SINE:
+            self._draw_sky(picture, down)
+        return Scene(picture, blur_px2)
+
+    def _draw_ground(self, nodes_m: Grid, height_m: float) -> Picture:
+        fine, texel_m, period = self._ground.fine(height_m / self._camera.fx_px)
+        texels = nodes_m / np.float32(texel_m)
+        corner = np.array((texels[..., 0].min(), texels[..., 1].min()))
+        texels -= (np.floor(corner / period) * period).astype(np.float32)
+        size = (self._camera.height_px, self._camera.width_px)
+        grains = _sampled(fine, enlarged(texels), cv2.BORDER_WRAP)
+        coarse_texels = nodes_m / np.float32(COARSE_TEXEL_M)
+        fields = _sampled(self._ground.coarse, coarse_texels, cv2.BORDER_WRAP)
+        large = cv2.resize(fields, None, fx=STEP_PX, fy=STEP_PX, interpolation=cv2.INTER_LINEAR)
+        large = large[STEP_PX:-STEP_PX, STEP_PX:-STEP_PX]
+        both = cv2.addWeighted(grains, 1.0, large, 1.0, -128.0)
+        return np.asarray(both[: size[0], : size[1]], np.uint8)
+
+    def _draw_pad(self, picture: Picture, viewpoint: Viewpoint, nodes_m: Grid) -> float:
+        """Draw the board over the ground; gives the blur that came with it."""
+        box = self._board_box(viewpoint)
+        if box is None:
+            return 1.0 / 12.0
+        left, top, right, bottom, side_px = box
+        times = _samples_a_pixel(side_px)
+        texture, texel_m = self._pad.texture(self._pad.board_m / (side_px * times))
+        centre = np.float32(texture.shape[0] / 2.0 - 0.5)
+        nodes = (
+            nodes_m[top : bottom + 2, left : right + 2] * np.array((1.0 / texel_m, -1.0 / texel_m), np.float32) + centre
+        )
+        board = _sampled(texture, enlarged(nodes, times), cv2.BORDER_CONSTANT)
+        if times > 1:
+            size = ((right - left) * STEP_PX, (bottom - top) * STEP_PX)
+            board = np.asarray(cv2.resize(board, size, interpolation=cv2.INTER_AREA), np.uint8)
+        behind = picture[top * STEP_PX : bottom * STEP_PX, left * STEP_PX : right * STEP_PX]
+        ink, cover = cv2.split(board[: behind.shape[0], : behind.shape[1]])
+        cv2.add(cv2.multiply(behind, cv2.bitwise_not(cover), scale=1.0 / 255.0), ink, dst=behind)
+        texel_px = texel_m * side_px / self._pad.board_m
+        return texel_px**2 * (BLUR_TEXELS**2 + 0.25) + (1.0 - 1.0 / times**2) / 12.0
+
+    def _board_box(self, viewpoint: Viewpoint) -> tuple[int, int, int, int, float] | None:
+        """Blocks of the grid that the board covers (left, top, right, bottom) and its mean side in pixels; None if out of view."""
+        points = viewpoint.in_camera(self._outline_m)
+        before = points[:, 2] > _LOWEST_SINE
+        if not before.any():
+            return None
+        side_px = self._camera.fx_px * self._pad.board_m / max(float(np.median(points[:, 2])), _LOWEST_SINE)
+        if not before.all():
+            return 0, 0, self._grid.columns, self._grid.rows, side_px
+        pixels = self._camera.project(points)
+        low = np.floor((pixels.min(axis=0) - 2.0) / STEP_PX)
+        high = np.ceil((pixels.max(axis=0) + 3.0) / STEP_PX)
+        left, top = (max(int(v), 0) for v in low)
+        right, bottom = min(int(high[0]), self._grid.columns), min(int(high[1]), self._grid.rows)
+        if left >= right or top >= bottom:
+            return None
+        return left, top, right, bottom, side_px
+
+    def _draw_sky(self, picture: Picture, down: Grid) -> None:
+        sky = enlarged(down)[: picture.shape[0], : picture.shape[1]] <= _LOWEST_SINE * 1.01
+        picture[sky] = _SKY_LEVEL
+
+
+def _sampled(texture: Picture, texels: Grid, border: int) -> Picture:
+    """The texture at the places that a map (rows, columns, 2) of texel coordinates names; no second map is needed."""
+    return np.asarray(
+        cv2.remap(texture, texels, np.empty(0, np.float32), cv2.INTER_LINEAR, borderMode=border), np.uint8
+    )
+
+
+def _outline(half_m: float) -> NDArray[np.float64]:
+    """Points around the board, (N, 3), marker frame, metres."""
+    along = np.linspace(-half_m, half_m, _BOARD_POINTS_A_SIDE)
+    edge = np.full_like(along, half_m)
+    x = np.concatenate((along, along, edge, -edge))
+    y = np.concatenate((edge, -edge, along, along))
+    return np.column_stack((x, y, np.zeros_like(x)))
+
+
+def _samples_a_pixel(side_px: float) -> int:
+    """Samples on each axis: a small pad needs more of them, and can afford it."""
+    return 4 if side_px <= _SMALL_BOARD_PX else 2

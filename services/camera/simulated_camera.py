@@ -1,0 +1,107 @@
+"""A camera that does not exist: pictures from the ground truth, with every error of the installation in them."""
+
+import dataclasses
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from alight.geometry.camera import PinholeCamera
+from alight.geometry.rotation import Matrix
+from alight.runtime.seed import generator
+from schemas.calibration import CameraCalibration
+from schemas.settings import Settings
+from schemas.truth import GroundTruth
+from services.camera.ground import Ground
+from services.camera.pad_print import PadPrint
+from services.camera.renderer import Renderer, Scene
+from services.camera.sensor import Sensor
+from services.camera.sunshine import with_glare, with_shadow
+from services.camera.viewpoint import Viewpoint, mount_rotation
+
+Picture = NDArray[np.uint8]
+
+_NO_SMEAR_PX = 0.3
+_MOST_EXPOSURES = 6
+
+
+class SimulatedCamera:
+    """Renders and exposes. The same seed and the same truths in the same order give the same pixels."""
+
+    def __init__(self, settings: Settings, calibration: CameraCalibration) -> None:
+        """Build camera, pad and ground.
+
+        Args:
+            settings: Sections `pad`, `camera.simulated`, `simulator.installation`, and the seed.
+            calibration: The camera as believed; the true one has `installation.lens_scale` times its focal length.
+
+        Raises:
+            FamilyError: If the pad's marker does not exist.
+        """
+        simulated, installation = settings.camera.simulated, settings.simulator.installation
+        self._camera = true_camera(calibration, installation.lens_scale)
+        self._mount = mount_rotation(installation)
+        self._sunlight, self._optics = simulated.sunlight, simulated.optics
+        side_m, board = settings.pad.side_m * installation.pad_scale, simulated.board
+        pad = PadPrint(
+            settings.pad.family,
+            settings.pad.id,
+            side_m=side_m,
+            board_m=side_m * (1.0 + 2.0 * board.margin),
+            black_level=board.black_level,
+            white_level=board.white_level,
+        )
+        self._renderer = Renderer(self._camera, pad, Ground(generator(settings.seed, "camera.ground")))
+        self._sensor = Sensor(self._camera, self._optics, generator(settings.seed, "camera.noise"))
+
+    def capture(self, truth: GroundTruth) -> Picture:
+        """The picture whose exposure has its middle at the time of the truth, (height, width), grey levels."""
+        instants_s = exposure_instants_s(truth, self._mount, self._camera.fx_px, self._optics.exposure_s)
+        scenes = [self._lit_scene(truth, after_s) for after_s in instants_s]
+        blur_px2 = scenes[len(scenes) // 2].blur_px2
+        return self._sensor.expose(_mean([scene.picture for scene in scenes]), blur_px2)
+
+    def _lit_scene(self, truth: GroundTruth, after_s: float) -> Scene:
+        viewpoint = Viewpoint.from_truth(truth, self._mount, after_s)
+        scene = self._renderer.render(viewpoint)
+        if self._sunlight.shadow_depth <= 0.0 and self._sunlight.glare_level <= 0.0:
+            return scene
+        ground_m, _ = self._renderer.ground_nodes(viewpoint)
+        picture = with_shadow(scene.picture, ground_m, truth.pad_azimuth_rad, self._sunlight)
+        picture = with_glare(picture, self._renderer.rays, viewpoint, truth.pad_azimuth_rad, self._sunlight)
+        return Scene(picture, scene.blur_px2)
+
+
+def true_camera(calibration: CameraCalibration, lens_scale: float) -> PinholeCamera:
+    """The lens as it is: the calibrated one with another focal length."""
+    believed = PinholeCamera.from_calibration(calibration)
+    return dataclasses.replace(believed, fx_px=believed.fx_px * lens_scale, fy_px=believed.fy_px * lens_scale)
+
+
+def exposure_instants_s(truth: GroundTruth, mount: Matrix, focal_px: float, exposure_s: float) -> list[float]:
+    """At which moments of the exposure to draw, seconds from its middle: one if nothing moves visibly, more for more motion."""
+    begin = Viewpoint.from_truth(truth, mount, -exposure_s / 2.0)
+    end = Viewpoint.from_truth(truth, mount, exposure_s / 2.0)
+    rays = np.array([(x, y, 1.0) for x in (-0.6, 0.0, 0.6) for y in (-0.6, 0.0, 0.6)])
+    ground = rays @ begin.ground_from_ray.T
+    ground = ground[ground[:, 2] > 0.05]
+    if len(ground) == 0:
+        return [0.0]
+    before = ground @ np.linalg.inv(begin.ground_from_ray).T
+    after = ground @ np.linalg.inv(end.ground_from_ray).T
+    moved = before[:, :2] / before[:, 2:] - after[:, :2] / after[:, 2:]
+    smear_px = focal_px * float(np.mean(np.hypot(moved[:, 0], moved[:, 1])))
+    if not smear_px > _NO_SMEAR_PX:
+        return [0.0]
+    count = min(1 + math.ceil(smear_px), _MOST_EXPOSURES)
+    return [exposure_s * ((index + 0.5) / count - 0.5) for index in range(count)]
+
+
+def _mean(pictures: list[Picture]) -> Picture:
+    if len(pictures) == 1:
+        return pictures[0]
+    total = np.zeros(pictures[0].shape, np.float32)
+    for picture in pictures:
+        cv2.accumulate(picture, total)
+    return np.rint(total / len(pictures)).astype(np.uint8)

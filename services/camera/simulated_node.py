@@ -1,0 +1,48 @@
+"""The camera of a simulated vehicle: renders a frame from the ground truth whenever one is due."""
+
+from alight.runtime.clock import NS_PER_S, nanoseconds
+from alight.runtime.node import Arrival, Outputs
+from schemas import topics
+from schemas.calibration import CameraCalibration
+from schemas.settings import Settings
+from schemas.truth import GroundTruth
+from services.camera.node import CameraNode
+from services.camera.simulated_camera import SimulatedCamera
+
+
+class SimulatedCameraNode(CameraNode):
+    """Takes the ground truth, which comes ahead of its time, and keeps each frame back until its light has hit the sensor."""
+
+    def __init__(self, settings: Settings, calibration: CameraCalibration) -> None:
+        """Build the camera.
+
+        Raises:
+            FamilyError: If the pad's marker does not exist.
+        """
+        super().__init__(calibration)
+        self._camera = SimulatedCamera(settings, calibration)
+        self._period_ns = round(NS_PER_S / settings.camera.rate_hz)
+        self._slack_ns = nanoseconds(0.25 / max(settings.simulator.truth_hz, settings.camera.rate_hz))
+        self._latency_ns = nanoseconds(settings.simulator.installation.image_latency_s)
+        self._delay_ns = nanoseconds(settings.camera.simulated.delay_s)
+        self._exposure_s = settings.camera.simulated.optics.exposure_s
+        self._due_ns: int | None = None
+        self.subscribe(topics.GROUND_TRUTH, self._on_truth)
+
+    def _on_truth(self, arrival: Arrival[GroundTruth]) -> Outputs:
+        truth = arrival.message
+        if not self._is_due(truth.at_ns):
+            return []
+        picture = self._camera.capture(truth)
+        # The installation's latency is an error that nobody knows of: the stamp is later than the light.
+        stamp_ns = truth.at_ns + self._latency_ns
+        return [self._frame(picture, stamp_ns, "simulated", self._exposure_s, stamp_ns + self._delay_ns)]
+
+    def _is_due(self, at_ns: int) -> bool:
+        """Whether this truth makes a frame. After a gap the rhythm starts anew instead of catching up."""
+        if self._due_ns is None or abs(at_ns - self._due_ns) > 2 * self._period_ns:
+            self._due_ns = at_ns
+        if at_ns < self._due_ns - self._slack_ns:
+            return False
+        self._due_ns += self._period_ns
+        return True
