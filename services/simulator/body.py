@@ -18,6 +18,8 @@ ROTOR_LAG_S = 0.05
 ANGULAR_DRAG_NMS = 0.025
 HOVER_COMMAND = MASS_KG * GRAVITY_MPS2 / (4.0 * ROTOR_THRUST_N)
 GROUND_FRICTION_MPS2 = 6.0
+STANDING_WIND_SHARE = 0.33
+"""Wind at a standing vehicle against wind aloft: logarithmic profile over grass (3 cm roughness), 0.2 m against 10 m."""
 LEVELLING_TIME_S = 0.05
 """How fast the legs right the vehicle when it stands."""
 
@@ -85,6 +87,9 @@ class Body:
         w, x, y, z = self.qw, self.qx, self.qy, self.qz
         lift = ROTOR_THRUST_N / MASS_KG * (self._u0 + self._u1 + self._u2 + self._u3)
         drag = self._drag_per_kg
+        if self.touching_ground:
+            share = STANDING_WIND_SHARE
+            wind_ned_mps = (share * wind_ned_mps[0], share * wind_ned_mps[1], share * wind_ned_mps[2])
         self.an = an = -2.0 * (x * z + w * y) * lift - drag * (self.vn - wind_ned_mps[0])
         self.ae = ae = -2.0 * (y * z - w * x) * lift - drag * (self.ve - wind_ned_mps[1])
         self.ad = ad = GRAVITY_MPS2 - (1.0 - 2.0 * (x * x + y * y)) * lift - drag * (self.vd - wind_ned_mps[2])

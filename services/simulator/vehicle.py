@@ -7,7 +7,7 @@ from schemas.settings import Settings
 from schemas.truth import GroundTruth
 from services.simulator.autopilot.autopilot import OFF, Autopilot
 from services.simulator.autopilot.parameters import Parameters
-from services.simulator.body import Body
+from services.simulator.body import MASS_KG, Body
 from services.simulator.estimator import Estimate
 from services.simulator.noise import Normals
 from services.simulator.wind import WindField
@@ -35,6 +35,7 @@ class Vehicle:
         errors = generator(settings.seed, "simulator.sensors")
         self.estimate = Estimate(simulator.sensors, errors, STEP_S, self.origin_down_m)
         self.autopilot = Autopilot(Parameters(simulator.parameters), self.world.altitude_amsl_m - self.origin_down_m)
+        self._drag_per_kg = simulator.vehicle.drag_n_per_mps / MASS_KG
         self._motors = OFF
         self._sense()
         if simulator.airborne is not None:
@@ -84,5 +85,6 @@ class Vehicle:
         body.hover()
         self._sense()
         autopilot.now_s = AIRBORNE_BOOT_S
-        autopilot.start_airborne(self.estimate)
+        wind_n, wind_e, _ = self.wind.velocity_ned_mps
+        autopilot.start_airborne(self.estimate, (-self._drag_per_kg * wind_n, -self._drag_per_kg * wind_e))
         autopilot.set_home(home, self.estimate.yaw)

@@ -142,9 +142,10 @@ class Autopilot:
         self.say(Severity.INFO, "Armed by external command")
         return Result.ACCEPTED
 
-    def start_airborne(self, estimate: Estimate) -> None:
-        """Be in the air, armed and holding."""
+    def start_airborne(self, estimate: Estimate, trim_ne_mps2: tuple[float, float]) -> None:
+        """Be in the air, armed and holding; the trim is the acceleration that stands against the wind."""
         self._start(estimate)
+        self.position_control.in_, self.position_control.ie = trim_ne_mps2
         self.land_detector.take_off()
         self._lift_wanted_at_s = self.now_s - 60.0
         self.guidance.begin(estimate)
