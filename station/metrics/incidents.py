@@ -2,10 +2,12 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from schemas.health import Health
+
+NUMBER = r"\d+(\.\d+)?"
 
 
 class IncidentKind(StrEnum):
@@ -34,16 +36,25 @@ class Incident:
 
 
 def incidents(reports: Sequence[Health]) -> tuple[Incident, ...]:
-    """All incidents in order of time; complaints that differ only in their numbers are one."""
-    found: dict[tuple[str, IncidentKind, str], Incident] = {}
+    """All incidents in order of time.
+
+    An incident lasts while each report of the service repeats it (numbers in it may change); what comes back after a
+    report without it is another one.
+    """
+    ended: list[Incident] = []
+    going_on: dict[str, dict[str, Incident]] = {}
     newest: dict[str, Health] = {}
     for report in reports:
+        before = going_on.get(report.service, {})
+        now: dict[str, Incident] = {}
         for kind, detail in _of_one_report(report, newest.get(report.service)):
-            key = (report.service, kind, _sameness(kind, detail, report))
-            known = found.get(key) or Incident(report.service, kind, detail, report.at_ns, report.at_ns, 0)
-            found[key] = Incident(known.service, kind, known.detail, known.first_at_ns, report.at_ns, known.reports + 1)
-        newest[report.service] = report
-    return tuple(sorted(found.values(), key=lambda incident: (incident.first_at_ns, incident.service)))
+            key = _sameness(kind, detail)
+            known = before.get(key) or Incident(report.service, kind, detail, report.at_ns, report.at_ns, 0)
+            now[key] = replace(known, last_at_ns=report.at_ns, reports=known.reports + 1)
+        ended += [incident for key, incident in before.items() if key not in now]
+        going_on[report.service], newest[report.service] = now, report
+    ended += [incident for open_ones in going_on.values() for incident in open_ones.values()]
+    return tuple(sorted(ended, key=lambda incident: (incident.first_at_ns, incident.service, incident.detail)))
 
 
 def _of_one_report(report: Health, before: Health | None) -> list[tuple[IncidentKind, str]]:
@@ -56,5 +67,5 @@ def _of_one_report(report: Health, before: Health | None) -> list[tuple[Incident
     return listed + [(IncidentKind.COMPLAINT, text) for text in said]
 
 
-def _sameness(kind: IncidentKind, detail: str, report: Health) -> str:
-    return f"{report.at_ns}" if kind is IncidentKind.RESTARTED else re.sub(r"\d+(\.\d+)?", "#", detail)
+def _sameness(kind: IncidentKind, detail: str) -> str:
+    return f"{kind}: {re.sub(NUMBER, '#', detail)}"

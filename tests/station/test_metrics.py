@@ -21,12 +21,13 @@ from synthetic_flight import (
 from alight.geometry.local import moved_by_ned
 from alight.runtime.clock import nanoseconds
 from schemas import topics
+from schemas.health import Health
 from schemas.message import Hop
 from schemas.mission import MissionStatus, Phase
 from schemas.truth import GroundTruth
 from schemas.vehicle import VehicleState
 from station.flight_record import FlightRecord
-from station.metrics.incidents import IncidentKind
+from station.metrics.incidents import IncidentKind, incidents
 from station.metrics.latency import Stage, stage_times_ms
 from station.metrics.paper import paper_metrics, path_length_m
 from station.metrics.phases import LandingPart, landing_part, phase_spans
@@ -195,6 +196,25 @@ def test_restart_and_complaint_are_incidents():
     found = {(incident.service, incident.kind, incident.detail) for incident in summary.landing_incidents}
     assert ("commander", IncidentKind.RESTARTED, "began anew 0.0 s before this report") in found
     assert ("commander", IncidentKind.COMPLAINT, "filter/estimate silent for 1.2 s") in found
+
+
+def report(t_s: float, *complaints: str) -> Health:
+    return Health(
+        at_ns=nanoseconds(t_s),
+        service="filter",
+        pid=1,
+        uptime_s=t_s,
+        inputs=(),
+        outputs=(),
+        counters={},
+        complaints=complaints,
+    )
+
+
+def test_an_incident_lasts_while_it_is_repeated_and_comes_back_as_another():
+    reports = [report(1, "fix 0.5 s old"), report(2, "fix 1.5 s old"), report(3), report(4, "fix 0.7 s old")]
+    spans = [(i.detail, i.first_at_ns, i.last_at_ns, i.reports) for i in incidents(reports)]
+    assert spans == [("fix 0.5 s old", 10**9, 2 * 10**9, 2), ("fix 0.7 s old", 4 * 10**9, 4 * 10**9, 1)]
 
 
 @pytest.mark.parametrize(
