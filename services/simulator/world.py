@@ -17,7 +17,7 @@ class World:
     """North, east and down from the ground at home, and what they are in latitude and longitude.
 
     Degrees follow from metres by the meridian's and the parallel's radius of curvature at home, without the curvature of the earth: exact
-    to 0.1 mm within 50 m of home and to 3 cm within 500 m. The whole simulation lives in this one map, so it has no seams.
+    to 0.3 mm within 50 m of home and to 3 cm within 500 m. The whole simulation lives in this one map, so it has no seams.
     """
 
     latitude_deg: float

@@ -294,3 +294,16 @@ def test_a_raised_pad_carries_the_vehicle():
     client.until(lambda: not client.armed, 40)
     assert client.truth.vehicle_from_pad_ned_m[2] == pytest.approx(-0.2, abs=1e-6)
     assert client.truth.touching_ground
+
+
+def test_a_landing_called_at_speed_first_drifts_on_as_it_does_on_px4():
+    client = Client(at(0.0, 0.0, 12.0)).run(2.0)
+    client.reposition(60.0, 0.0, client.last("GLOBAL_POSITION_INT").alt * 1e-3)
+    client.until(lambda: client.truth.velocity_ned_mps[0] > 3.8, 10)
+    called_m = place(client.truth)[0]
+    client.command(21)
+    mark = len(client.truths)
+    client.until(lambda: not client.armed, 60)
+    drift_m = max(place(truth)[0] for truth in client.truths[mark:]) - called_m
+    print(f"landing called at 3.8 m/s: drifts {drift_m:.1f} m (PX4 from 3.9 m/s: 6.7 m)")
+    assert 3.0 < drift_m < 9.0
