@@ -1,6 +1,7 @@
 """`alight land|hold|abort|status`: ask the commander, or look, from any machine on the bus."""
 
 import argparse
+import logging
 import os
 import sys
 import threading
@@ -125,6 +126,7 @@ def status_lines(asker: Asker) -> Iterator[str]:
 
 
 def _join(verb: Verb | None, arguments: argparse.Namespace, timeout_s: float, done: Callable[[Asker], bool]) -> Asker:
+    logging.getLogger("alight").addHandler(logging.NullHandler())  # a look must not print what it refuses
     settings: Settings = load_settings(arguments.settings, os.environ, arguments.set)
     asker = Asker(verb, arguments.reason)
     runner = LiveRunner(asker, settings, ports={}, bus=Bus(settings.vehicle, settings.bus))

@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from alight.runtime.bus import BusError
+from alight.runtime.logs import configure_logs
 from alight.runtime.settings_file import SettingsError
 from schemas.message import Vector3
 from schemas.settings import Settings
@@ -131,7 +132,8 @@ def _assignments(arguments: argparse.Namespace, out: Path) -> list[str]:
 
 
 def _fly(settings: Settings, arguments: argparse.Namespace, out: Path) -> int:
-    out.mkdir(parents=True, exist_ok=True)
+    (out / "logs").mkdir(parents=True, exist_ok=True)
+    configure_logs("station", out / "logs" / "station.jsonl")
     plan = _plan(settings, arguments)
     print(
         f"Alight: landing on marker {settings.pad.family} id {settings.pad.id}, side {settings.pad.side_m:g} m; writing {out}"

@@ -101,13 +101,14 @@ class LiveRunner:
             self._carry(self._host.handle(arrival), arrival)
 
     def _carry(self, outputs: Sequence[Output], cause: Arrival[Any] | None) -> None:
-        now_ns = self._clock.now_ns()
+        """Send what may leave now. What has a time of release goes through the heap, so that it leaves in that order."""
         for output in outputs:
-            if output.release_at_ns is not None and output.release_at_ns > now_ns:
+            if output.release_at_ns is None:
+                self._emit(output, cause)
+            else:
                 heapq.heappush(self._due, (output.release_at_ns, self._made, output, cause))
                 self._made += 1
-            else:
-                self._emit(output, cause)
+        self._release(self._clock.now_ns())
 
     def _release(self, now_ns: int) -> None:
         while self._due and self._due[0][0] <= now_ns:

@@ -1,9 +1,10 @@
-"""Structured logs: one JSON object a line, on standard error."""
+"""Structured logs: one JSON object a line."""
 
 import json
 import logging
 import sys
 import time
+from pathlib import Path
 
 _STANDARD = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asctime", "taskName"}
 
@@ -44,9 +45,9 @@ class OncePerSecond(logging.Filter):
         return True
 
 
-def configure_logs(service: str) -> None:
-    """Send this process's logs to standard error as JSON lines."""
-    handler = logging.StreamHandler(sys.stderr)
+def configure_logs(service: str, file: Path | None = None) -> None:
+    """Send this process's logs, as JSON lines, to standard error or to the end of a file."""
+    handler = logging.StreamHandler(sys.stderr) if file is None else logging.FileHandler(file, encoding="utf-8")
     handler.setFormatter(JsonLines(service))
     handler.addFilter(OncePerSecond())
     root = logging.getLogger()
