@@ -58,7 +58,7 @@ class GlideSettings(Section):
     """Vertical speed below that height, m/s."""
     touchdown_mps: float = Field(default=0.5, ge=0.3, le=1.0)
     """Vertical speed in the phase TOUCHDOWN, m/s; below 0.3 PX4 does not detect the ground."""
-    vertical_below_m: float = Field(default=2.0, ge=0.0, le=50.0)
+    vertical_below_m: float = Field(default=6.0, ge=0.0, le=50.0)
     """The line ends this high above the pad; from there it goes straight down, metres."""
     switching_height_m: float = Field(default=1.0, gt=0.0, le=10.0)
     """Height above the pad at which DESCEND becomes TOUCHDOWN, metres: nearer than about 0.6 m the marker no longer fits the picture."""
@@ -67,10 +67,16 @@ class GlideSettings(Section):
     acceleration_mps2: float = Field(default=1.0, gt=0.0, le=5.0)
     """How fast the setpoint's velocity may change, m/s^2: what a new estimate changes is flown smoothly."""
     approach_gain_per_s: float = Field(default=1.0, gt=0.0, le=5.0)
-    """Below the line's end: horizontal speed of the setpoint by its distance to the pad's axis, 1/s."""
+    """Near the pad's axis: horizontal speed of the setpoint by its distance to the axis, 1/s."""
+    stiffness_per_s: float = Field(default=0.5, ge=0.0, le=2.0)
+    """Added to PX4's own gain from a horizontal error to a velocity (MPC_XY_P, 0.95), 1/s."""
+    damping: float = Field(default=0.3, ge=0.0, le=1.0)
+    """Part of a horizontal error of the velocity that is added to the velocity asked for."""
+    trim_gain_per_s: float = Field(default=0.2, ge=0.0, le=2.0)
+    """Below the line's end: how fast the setpoint is shifted against the error that the autopilot leaves, 1/s."""
     leash_m: float = Field(default=1.5, gt=0.1, le=10.0)
     """The setpoint waits when it is farther than this from the vehicle, metres."""
-    funnel_floor_m: float = Field(default=0.15, gt=0.0, le=10.0)
+    funnel_floor_m: float = Field(default=0.1, gt=0.0, le=10.0)
     """Horizontal error that is always allowed, metres."""
     funnel_slope: float = Field(default=0.1, ge=0.0, le=2.0)
     """Horizontal error allowed besides, by height above the pad, m/m."""

@@ -1,15 +1,16 @@
 """The autopilot's time since boot, brought to UTC by MAVLink's TIMESYNC."""
 
+import math
 from collections import deque
 from dataclasses import dataclass
 
 from alight.runtime.clock import NS_PER_S, nanoseconds
 
-WINDOW_NS = nanoseconds(3.0)
+WINDOW_NS = nanoseconds(2.0)
 """Replies older than this are forgotten: long enough to average, short enough to follow a drift."""
 MAX_ROUND_TRIP_NS = nanoseconds(1.0)
 OUTLIER_NS = nanoseconds(0.02)
-OUTLIERS_TO_RESTART = 10
+OUTLIERS_TO_RESTART = 4
 """So many replies in a row that contradict the rest mean that a clock was set anew."""
 REPLIES_FOR_DRIFT = 8
 MAX_DRIFT = 0.2
@@ -43,6 +44,7 @@ class AutopilotClock:
         self._replies: deque[_Reply] = deque()
         self._outliers = 0
         self._line: tuple[int, int, float] | None = None
+        self._scatter_s = 0.0
         self._arrivals: deque[tuple[int, int]] = deque()
 
     @property
@@ -52,10 +54,10 @@ class AutopilotClock:
 
     @property
     def uncertainty_s(self) -> float:
-        """Half of the shortest round trip in the window, seconds."""
+        """Half of the shortest round trip in the window, and by how much the replies contradict their line, seconds."""
         if not self._replies:
             return ONE_WAY_UNCERTAINTY_S
-        return min(reply.round_trip_ns for reply in self._replies) / 2 / NS_PER_S
+        return min(reply.round_trip_ns for reply in self._replies) / 2 / NS_PER_S + self._scatter_s
 
     def take_reply(self, sent_ns: int, boot_ns: int, now_ns: int) -> None:
         """Take the answer to a TIMESYNC request of our own; nonsense is left out.
@@ -119,3 +121,5 @@ class AutopilotClock:
             drift = sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y, strict=True)) / spread
             drift = min(max(drift, -MAX_DRIFT), MAX_DRIFT)
         self._line = (reference_ns, base_ns + round(mean_y - drift * mean_x), drift)
+        residuals = [b - mean_y - drift * (a - mean_x) for a, b in zip(x, y, strict=True)]
+        self._scatter_s = math.sqrt(sum(value * value for value in residuals) / len(residuals)) / NS_PER_S

@@ -193,12 +193,11 @@ class Execution:
             self._aim(s)
         freshness = freshness_of(s.estimate_age_s or 0.0, s.stale_after_s)
         flown = s.status.mode is FlightMode.OFFBOARD
-        target = self._glide.advance(s.state.position, freshness, flown, s.now_ns)
-        self._link.send_setpoint(commands.position_target(target.position, target.velocity_ned_mps, target.yaw_ned_rad))
+        target = self._glide.advance(s.state, freshness, flown, s.now_ns)
+        velocity, acceleration, yaw = target.velocity_ned_mps, target.acceleration_ned_mps2, target.yaw_ned_rad
+        self._link.send_setpoint(commands.position_target(target.position, velocity, acceleration, yaw))
         self.stream.sent(s.now_ns)
-        return _setpoint(
-            SetpointKind.OFFBOARD, target.position, s, fresh, yaw=target.yaw_ned_rad, velocity=target.velocity_ned_mps
-        )
+        return _setpoint(SetpointKind.OFFBOARD, target.position, s, fresh, yaw=yaw, velocity=velocity)
 
     def _aim(self, s: Situation) -> None:
         assert self._glide is not None and s.estimate is not None

@@ -9,13 +9,9 @@ from services.commander.command_queue import Command
 from services.commander.dialect import mavlink
 from services.commander.px4_mode import main_and_sub
 
-USE_POSITION_AND_VELOCITY = (
-    mavlink.POSITION_TARGET_TYPEMASK_AX_IGNORE
-    | mavlink.POSITION_TARGET_TYPEMASK_AY_IGNORE
-    | mavlink.POSITION_TARGET_TYPEMASK_AZ_IGNORE
-    | mavlink.POSITION_TARGET_TYPEMASK_YAW_RATE_IGNORE
-)
-"""Position, velocity and yaw: 0x9C0."""
+USE_ALL_BUT_YAW_RATE = mavlink.POSITION_TARGET_TYPEMASK_YAW_RATE_IGNORE
+"""Position, velocity, acceleration and yaw: 0x800. PX4 adds velocity and acceleration to what its position control asks for, so the
+vehicle follows a moving setpoint without lag."""
 
 SET_MODE = mavlink.MAV_CMD_DO_SET_MODE
 ARM_DISARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
@@ -58,7 +54,9 @@ def land_here() -> Command:
     return Command("land", LAND, (0.0, 0.0, 0.0, math.nan))
 
 
-def position_target(target: GlobalPosition, velocity_ned_mps: Vector3, yaw_ned_rad: float) -> Any:
+def position_target(
+    target: GlobalPosition, velocity_ned_mps: Vector3, acceleration_ned_mps2: Vector3, yaw_ned_rad: float
+) -> Any:
     """SET_POSITION_TARGET_GLOBAL_INT in frame 5 (AMSL).
 
     Frame 6 (relative to home) is not used: home moves, and PX4 has a sign fault in it where home and the EKF's origin differ.
@@ -70,16 +68,14 @@ def position_target(target: GlobalPosition, velocity_ned_mps: Vector3, yaw_ned_r
         0,
         0,
         mavlink.MAV_FRAME_GLOBAL_INT,
-        USE_POSITION_AND_VELOCITY,
+        USE_ALL_BUT_YAW_RATE,
         latitude_e7,
         longitude_e7,
         altitude_amsl_m,
         vn,
         ve,
         vd,
-        0.0,
-        0.0,
-        0.0,
+        *acceleration_ned_mps2,
         yaw_ned_rad,
         0.0,
     )

@@ -13,6 +13,7 @@ from alight.geometry.rotation import wrap_pi
 from alight.runtime.clock import seconds
 from schemas.message import GlobalPosition, Vector3
 from schemas.settings.commander import GlideSettings
+from schemas.vehicle import VehicleState
 
 MAX_STEP_S = 0.1
 """After a pause the setpoint goes on as if no more time than this had passed."""
@@ -22,6 +23,9 @@ FRESH_PART = 0.4
 """Up to this part of the staleness limit an estimate counts as fresh; then the descent slows down to nothing at the limit."""
 TOUCHDOWN_LEAD_M = 0.5
 """On the ground the setpoint goes no deeper than this below the vehicle, so that the thrust falls gently."""
+MAX_TRIM_M = 0.4
+ACCELERATION_TIME_S = 0.1
+"""Over this time the acceleration that is sent along is smoothed."""
 FINAL_MPS = 1.0
 """Fastest horizontal motion of the setpoint below the end of the line, m/s."""
 
@@ -44,6 +48,7 @@ class Target:
 
     position: GlobalPosition
     velocity_ned_mps: Vector3
+    acceleration_ned_mps2: Vector3
     yaw_ned_rad: float
 
 
@@ -78,6 +83,8 @@ class Glide:
         self._origin = origin
         self._place: Vector3 = (0.0, 0.0, 0.0)
         self._velocity: Vector3 = (0.0, 0.0, 0.0)
+        self._acceleration: Vector3 = (0.0, 0.0, 0.0)
+        self._trim: tuple[float, float] = (0.0, 0.0)
         self._yaw_rad = yaw_ned_rad
         self._yaw_wanted_rad = yaw_ned_rad
         self._pad: Vector3 | None = None
@@ -103,35 +110,76 @@ class Glide:
         """For how long the funnel has been closed, seconds; 0 if it is open."""
         return 0.0 if self._closed_since_ns is None else seconds(now_ns - self._closed_since_ns)
 
-    def advance(self, vehicle: GlobalPosition, freshness: float, flown: bool, now_ns: int) -> Target:
+    def advance(self, vehicle: VehicleState, freshness: float, flown: bool, now_ns: int) -> Target:
         """Move the setpoint on to `now_ns`.
 
         Args:
-            vehicle: Where the vehicle is.
+            vehicle: Where the vehicle is and how fast.
             freshness: 1 for a fresh estimate down to 0 for one at the staleness limit; scales the descent.
             flown: Whether the autopilot flies these setpoints already; until then the setpoint stays where it is.
             now_ns: The time, UTC ns.
         """
         step_s = min(seconds(now_ns - self._then_ns), MAX_STEP_S)
         self._then_ns = now_ns
+        north, east, down = ned_between(self._origin, vehicle.position).tolist()
         if flown and step_s > 0.0:
-            north, east, down = ned_between(self._origin, vehicle).tolist()
             self._move((north, east, down), freshness, step_s, now_ns)
             self._turn(step_s)
-        return Target(moved_by_ned(self._origin, self._place), self._velocity, wrap_pi(self._yaw_rad))
+        place = (self._place[0] + self._trim[0], self._place[1] + self._trim[1], self._place[2])
+        velocity = self._stiffened((north, east), vehicle.velocity_ned_mps) if flown else self._velocity
+        return Target(moved_by_ned(self._origin, place), velocity, self._acceleration, wrap_pi(self._yaw_rad))
+
+    def _stiffened(self, vehicle: tuple[float, float], velocity: Vector3) -> Vector3:
+        """The setpoint's velocity, and horizontally more against the vehicle's error.
+
+        PX4's own gain (MPC_XY_P, 0.95 a second) is meant for flying about; wind pushes a vehicle far off at it.
+        """
+        stiffness, damping = self._settings.stiffness_per_s, self._settings.damping
+        vn, ve, vd = self._velocity
+        return (
+            vn + stiffness * (self._place[0] - vehicle[0]) + damping * (vn - velocity[0]),
+            ve + stiffness * (self._place[1] - vehicle[1]) + damping * (ve - velocity[1]),
+            vd,
+        )
 
     def _move(self, vehicle: Vector3, freshness: float, step_s: float, now_ns: int) -> None:
         wanted = self._wanted_velocity(vehicle, freshness, now_ns)
         change = [w - v for w, v in zip(wanted, self._velocity, strict=True)]
-        size = math.sqrt(sum(part * part for part in change))
         allowed = self._settings.acceleration_mps2 * step_s
-        scale = min(1.0, allowed / size) if size > 0.0 else 0.0
+        scale = min(1.0, allowed / max(math.hypot(*change), 1e-9))
         vn, ve, vd = (v + scale * c for v, c in zip(self._velocity, change, strict=True))
+        self._smooth_acceleration([scale * c / step_s for c in change], step_s)
         n, e, d = self._place
         self._velocity = (vn, ve, vd)
         self._place = (n + vn * step_s, e + ve * step_s, d + vd * step_s)
+        on_ground = False
         if self._touching_down:
-            self._place = (*self._place[:2], min(self._place[2], vehicle[2] + TOUCHDOWN_LEAD_M))
+            deepest_m = vehicle[2] + TOUCHDOWN_LEAD_M
+            on_ground = self._place[2] > deepest_m
+            self._place = (*self._place[:2], min(self._place[2], deepest_m))
+        if not on_ground:
+            self._adjust_trim(vehicle, step_s)
+
+    def _adjust_trim(self, vehicle: Vector3, step_s: float) -> None:
+        """Off the line, work off what the autopilot leaves of the error.
+
+        After a change of speed its velocity integrator (MPC_XY_VEL_I_ACC) takes more than four seconds to settle, during which the
+        vehicle hangs up to 0.2 m beside the setpoint: longer than the last metres last.
+        """
+        if self._pad is not None and self._pad[2] - self._place[2] > self._settings.vertical_below_m:
+            self._trim = (0.0, 0.0)
+            return
+        gain = self._settings.trim_gain_per_s * step_s
+        north = self._trim[0] + gain * (self._place[0] - vehicle[0])
+        east = self._trim[1] + gain * (self._place[1] - vehicle[1])
+        shrink = min(1.0, MAX_TRIM_M / max(math.hypot(north, east), 1e-9))
+        self._trim = (north * shrink, east * shrink)
+
+    def _smooth_acceleration(self, acceleration: list[float], step_s: float) -> None:
+        """The acceleration as it is sent: what two steps differ by is noise to the vehicle."""
+        weight = step_s / (step_s + ACCELERATION_TIME_S)
+        an, ae, ad = (old + weight * (new - old) for old, new in zip(self._acceleration, acceleration, strict=True))
+        self._acceleration = (an, ae, ad)
 
     def _wanted_velocity(self, vehicle: Vector3, freshness: float, now_ns: int) -> Vector3:
         if self._pad is None:
@@ -139,12 +187,12 @@ class Glide:
         north, east = self._pad[0] - self._place[0], self._pad[1] - self._place[1]
         height_m = self._pad[2] - self._place[2]
         if self._touching_down:
-            return (*self._final_approach(north, east), self._settings.touchdown_mps)
+            return (*self._towards_axis(north, east, FINAL_MPS), self._settings.touchdown_mps)
         is_open = self._is_open(vehicle, math.hypot(north, east), height_m, now_ns)
         if height_m > self._settings.vertical_below_m:
             return self._along_the_line(north, east, height_m, freshness) if is_open else (0.0, 0.0, 0.0)
         down_mps = descent_speed_mps(self._settings, height_m) * freshness if is_open else 0.0
-        return (*self._final_approach(north, east), down_mps)
+        return (*self._towards_axis(north, east, FINAL_MPS), down_mps)
 
     def _along_the_line(self, north: float, east: float, height_m: float, freshness: float) -> Vector3:
         """Towards the end of the line, so that horizontal and vertical distance become nothing together."""
@@ -153,12 +201,12 @@ class Glide:
         slope = math.hypot(north, east) / down_m
         if slope * down_mps > self._settings.max_horizontal_mps:
             down_mps = self._settings.max_horizontal_mps / slope
-        return (north / down_m * down_mps, east / down_m * down_mps, down_mps)
+        return (*self._towards_axis(north, east, slope * down_mps), down_mps)
 
-    def _final_approach(self, north: float, east: float) -> tuple[float, float]:
+    def _towards_axis(self, north: float, east: float, fastest_mps: float) -> tuple[float, float]:
         distance_m = math.hypot(north, east)
-        speed = min(self._settings.approach_gain_per_s * distance_m, FINAL_MPS)
-        return (north / distance_m * speed, east / distance_m * speed) if distance_m > 0.0 else (0.0, 0.0)
+        speed_mps = min(self._settings.approach_gain_per_s * distance_m, fastest_mps)
+        return (north / distance_m * speed_mps, east / distance_m * speed_mps) if distance_m > 0.0 else (0.0, 0.0)
 
     def _is_open(self, vehicle: Vector3, to_axis_m: float, height_m: float, now_ns: int) -> bool:
         """Whether going down is allowed: the vehicle is near the setpoint, the setpoint on the line, and the place known well."""
