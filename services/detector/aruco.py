@@ -1,0 +1,154 @@
+"""The backend `aruco`: OpenCV's detector of square markers, with sharper corners and a search window for the pad."""
+
+from collections.abc import Mapping
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.settings.detector import Aruco
+from services.detector.detector import FoundMarker, GreyPicture, Tally, View, WantedMarker
+from services.detector.edge_corners import refined_corners
+from services.detector.search_window import SearchWindow, Window
+
+CONTOUR_INSET_PX = 0.5
+"""A contour runs through the centres of the outermost dark pixels, so it lies this much inside the edge."""
+CONTOUR_SIGMA_PX = 0.35
+"""Standard deviation of a corner coordinate that comes from a contour, measured on rendered pads from 1 m to 20 m."""
+
+_SMALLEST_AREA_PX2 = 9.0
+_THRESHOLD_CELLS = 1.0
+_LEAST_THRESHOLD_PX = 2.0
+_MOST_THRESHOLD_PX = 11.0
+_LEAST_PERIMETER = 0.5
+
+
+class ArucoBackend:
+    """Finds the markers of one dictionary."""
+
+    name = "aruco"
+
+    def __init__(
+        self, dictionary: cv2.aruco.Dictionary, family: str, settings: Aruco, wanted: WantedMarker | None = None
+    ) -> None:
+        """Set OpenCV's detector up.
+
+        Args:
+            dictionary: The markers to look for.
+            family: Its name, for the messages.
+            settings: Parameters of the search.
+            wanted: The pad, whose place in the last frame is searched first; None searches whole frames.
+        """
+        parameters = cv2.aruco.DetectorParameters()
+        parameters.adaptiveThreshWinSizeMin = settings.threshold_window_min_px
+        parameters.adaptiveThreshWinSizeMax = settings.threshold_window_max_px
+        parameters.adaptiveThreshWinSizeStep = settings.threshold_window_step_px
+        self._opencv = cv2.aruco.ArucoDetector(dictionary, parameters)
+        self._in_window_opencv = cv2.aruco.ArucoDetector(dictionary, cv2.aruco.DetectorParameters())
+        self._family, self._refine = family, settings.refine_edges
+        self._cells = dictionary.markerSize + 2
+        self._wanted = wanted if settings.track else None
+        self._window = SearchWindow()
+        self._tally = Tally({"found_in_window": 0, "missed_in_window": 0, "whole_frame_searches": 0})
+
+    def detect(self, view: View) -> tuple[FoundMarker, ...]:
+        """The markers in the window where the pad should be, if it is there, else those in the whole frame."""
+        if self._wanted is None:
+            return self._whole_frame(view)
+        height, width = view.picture.shape
+        window = self._window.predicted(view.captured_at_ns, width, height)
+        if window is not None:
+            markers = self._in_window(view, window)
+            if self._follow(markers, view.captured_at_ns):
+                self._tally.add("found_in_window")
+                return markers
+            self._tally.add("missed_in_window")
+        markers = self._whole_frame(view)
+        if not self._follow(markers, view.captured_at_ns):
+            self._window.lost()
+        return markers
+
+    def counters(self) -> Mapping[str, int]:
+        """How often the window was enough."""
+        return self._tally.counts
+
+    def _follow(self, markers: tuple[FoundMarker, ...], at_ns: int) -> bool:
+        pad = next((marker for marker in markers if self._wanted and marker.id == self._wanted.id), None)
+        if pad is None:
+            return False
+        self._window.seen(pad.corners_px, at_ns)
+        return True
+
+    def _whole_frame(self, view: View) -> tuple[FoundMarker, ...]:
+        self._tally.add("whole_frame_searches")
+        return self._markers(view, _search(self._opencv, view.picture), 1)
+
+    def _in_window(self, view: View, window: Window) -> tuple[FoundMarker, ...]:
+        part = view.picture[window.top : window.bottom, window.left : window.right]
+        if window.shrink > 1:
+            size = (max(part.shape[1] // window.shrink, 1), max(part.shape[0] // window.shrink, 1))
+            used = part[: size[1] * window.shrink, : size[0] * window.shrink]
+            part = np.asarray(cv2.resize(used, size, interpolation=cv2.INTER_AREA), np.uint8)
+        origin = np.array((window.left, window.top))
+        self._in_window_opencv.setDetectorParameters(_fitted_parameters(self._cells, window, max(part.shape)))
+        # A pixel of the smaller picture has its centre in the middle of those it was made of.
+        found = [
+            (number, (corners + 0.5) * window.shrink - 0.5 + origin)
+            for number, corners in _search(self._in_window_opencv, np.ascontiguousarray(part))
+        ]
+        return self._markers(view, found, window.shrink)
+
+    def _markers(
+        self, view: View, found: list[tuple[int, NDArray[np.float64]]], shrink: int
+    ) -> tuple[FoundMarker, ...]:
+        return tuple(
+            self._refined(view, number, _outset(corners, CONTOUR_INSET_PX * shrink), shrink)
+            for number, corners in found
+            if _is_sound(corners)
+        )
+
+    def _refined(self, view: View, number: int, corners: NDArray[np.float64], shrink: int) -> FoundMarker:
+        sharper = refined_corners(view.picture, corners, self._cells, view.camera) if self._refine else None
+        if sharper is None or not _is_sound(sharper.corners_px):
+            return FoundMarker(self._family, number, corners, CONTOUR_SIGMA_PX * shrink)
+        return FoundMarker(self._family, number, sharper.corners_px, sharper.sigma_px)
+
+
+def _search(opencv: cv2.aruco.ArucoDetector, picture: GreyPicture) -> list[tuple[int, NDArray[np.float64]]]:
+    corners, ids, _ = opencv.detectMarkers(picture)
+    if ids is None:
+        return []
+    return [
+        (int(number), np.asarray(four, float).reshape(4, 2))
+        for number, four in zip(np.ravel(ids), corners, strict=True)
+    ]
+
+
+def _outset(corners: NDArray[np.float64], distance_px: float) -> NDArray[np.float64]:
+    """The corners after every edge has moved outward."""
+    edges = np.roll(corners, -1, axis=0) - corners
+    edges /= np.linalg.norm(edges, axis=1, keepdims=True)
+    before = np.roll(edges, 1, axis=0)
+    sine = np.abs(before[:, 0] * edges[:, 1] - before[:, 1] * edges[:, 0])
+    moved: NDArray[np.float64] = corners + distance_px * (before - edges) / np.maximum(sine, 0.2)[:, None]
+    return moved
+
+
+def _fitted_parameters(cells: int, window: Window, extent_px: int) -> cv2.aruco.DetectorParameters:
+    """OpenCV's defaults for a marker whose size is known: one threshold instead of three, and nothing much smaller."""
+    side_px = window.side_px / window.shrink
+    parameters = cv2.aruco.DetectorParameters()
+    threshold_px = 2 * round(min(max(_THRESHOLD_CELLS * side_px / cells, _LEAST_THRESHOLD_PX), _MOST_THRESHOLD_PX)) + 1
+    parameters.adaptiveThreshWinSizeMin = parameters.adaptiveThreshWinSizeMax = threshold_px
+    parameters.minMarkerPerimeterRate = _LEAST_PERIMETER * 4.0 * side_px / extent_px
+    return parameters
+
+
+def _is_sound(corners: NDArray[np.float64]) -> bool:
+    """Whether four corners are finite and make a convex quadrilateral that runs clockwise in the picture and has an area."""
+    if not np.isfinite(corners).all():
+        return False
+    edges = np.roll(corners, -1, axis=0) - corners
+    following = np.roll(edges, -1, axis=0)
+    turns = edges[:, 0] * following[:, 1] - edges[:, 1] * following[:, 0]
+    return bool((turns > 0.0).all()) and float(turns.sum()) / 2.0 > _SMALLEST_AREA_PX2

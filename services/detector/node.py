@@ -1,0 +1,94 @@
+"""The detector's node: a detection for every frame, with markers or without."""
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import cv2
+import numpy as np
+
+from alight.geometry.camera import PinholeCamera
+from alight.runtime.node import Arrival, Node, Outputs, Pixels, Publication
+from schemas import topics
+from schemas.calibration import CameraCalibration
+from schemas.detection import Detection, Marker
+from schemas.frame import FrameHeader
+from schemas.settings import Settings
+from services.detector.detector import Detector, View
+from services.detector.square_pose import located
+
+_MOST_MARKERS = 256
+
+
+class DetectorNode(Node):
+    """Takes frames and the calibration. Without a calibration that fits the frames it publishes empty detections and says why."""
+
+    service: ClassVar[str] = "detector"
+
+    def __init__(self, settings: Settings, detector: Detector) -> None:
+        """Take the detector to use."""
+        super().__init__()
+        self._detector = detector
+        self._side_m = settings.pad.side_m
+        self._camera: PinholeCamera | None = None
+        self._complaint = ""
+        self._counts = {"frames": 0, "frames_with_markers": 0, "frames_without_calibration": 0}
+        self.subscribe(topics.FRAME, self._on_frame)
+        self.subscribe(topics.CALIBRATION, self._on_calibration)
+
+    def _on_calibration(self, arrival: Arrival[CameraCalibration]) -> Outputs:
+        self._camera = PinholeCamera.from_calibration(arrival.message)
+        return ()
+
+    def _on_frame(self, arrival: Arrival[FrameHeader]) -> Outputs:
+        frame = arrival.message
+        self._counts["frames"] += 1
+        self._complaint = self._unfit(frame)
+        markers: tuple[Marker, ...] = ()
+        if self._complaint:
+            self._counts["frames_without_calibration"] += 1
+        elif arrival.pixels is not None:
+            markers = self._markers(grey(arrival.pixels), frame.captured_at_ns)
+        self._counts["frames_with_markers"] += bool(markers)
+        detection = Detection(
+            captured_at_ns=frame.captured_at_ns,
+            hops=frame.hops,
+            frame_sequence=frame.sequence,
+            detector=self._detector.name,
+            markers=markers,
+        )
+        return [Publication(topics.DETECTION, detection)]
+
+    def _unfit(self, frame: FrameHeader) -> str:
+        """Why poses cannot be had from this frame; empty if they can."""
+        if self._camera is None:
+            return "no camera calibration has come yet: markers cannot be located"
+        believed = (self._camera.width_px, self._camera.height_px)
+        if (frame.width_px, frame.height_px) != believed:
+            return (
+                f"frames are {frame.width_px}x{frame.height_px}, the calibration is for {believed[0]}x{believed[1]}: "
+                "give the camera a calibration of its own"
+            )
+        return ""
+
+    def _markers(self, picture: Pixels, captured_at_ns: int) -> tuple[Marker, ...]:
+        """All markers seen. The size of other markers than the pad is not known: the pad's is assumed."""
+        if self._camera is None:
+            return ()
+        found = self._detector.detect(View(picture, captured_at_ns, self._camera))
+        markers = (located(marker, self._side_m, self._camera) for marker in found[:_MOST_MARKERS])
+        return tuple(marker for marker in markers if marker is not None)
+
+    def counters(self) -> Mapping[str, int]:
+        """Frames by outcome, and the detector's own."""
+        return {**self._counts, **self._detector.counters()}
+
+    def complaints(self, now_ns: int) -> tuple[str, ...]:  # noqa: ARG002
+        """That a calibration is missing or does not fit."""
+        return (self._complaint,) if self._complaint else ()
+
+
+def grey(pixels: Pixels) -> Pixels:
+    """A picture in grey levels, whatever it was; (height, width)."""
+    if pixels.ndim == 2:
+        return pixels
+    return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY), np.uint8)

@@ -1,0 +1,37 @@
+"""The detectors there are, by name."""
+
+from collections.abc import Callable, Mapping
+
+from alight.markers.family import dictionary
+from schemas.settings import Settings
+from services.detector.aruco import ArucoBackend
+from services.detector.detector import Detector, WantedMarker
+
+
+class UnknownDetectorError(ValueError):
+    """A detector that does not exist, in one line with the remedy."""
+
+
+def _aruco(settings: Settings) -> Detector:
+    pad = settings.pad
+    return ArucoBackend(dictionary(pad.family), pad.family, settings.detector.aruco, WantedMarker(pad.family, pad.id))
+
+
+BACKENDS: Mapping[str, Callable[[Settings], Detector]] = {ArucoBackend.name: _aruco}
+"""Name in `detector.backend` to what builds it."""
+
+
+def detector_from(settings: Settings) -> Detector:
+    """The detector that the settings name, looking for their pad.
+
+    Raises:
+        UnknownDetectorError: If there is none of that name.
+        FamilyError: If there is no such marker family.
+    """
+    build = BACKENDS.get(settings.detector.backend)
+    if build is None:
+        there_are = ", ".join(sorted(BACKENDS))
+        raise UnknownDetectorError(
+            f"detector.backend: no detector {settings.detector.backend!r}: there are: {there_are}"
+        )
+    return build(settings)

@@ -1,0 +1,108 @@
+"""Both poses that the picture of a square allows (IPPE), with their covariances."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from alight.geometry.camera import PinholeCamera
+from alight.geometry.rotation import quaternion_from_R
+from schemas.detection import Marker, MarkerPose
+from services.detector.detector import FoundMarker
+
+Array = NDArray[np.float64]
+
+PRIOR_POSITION_SIGMA_M = 1000.0
+"""How far away a marker may be at all: keeps the covariance finite."""
+PRIOR_ROTATION_SIGMA_RAD = 1.0
+"""How much a rotation may be wrong at all; rules where a square seen from straight above does not show its tilt."""
+
+_NEAREST_M = 1e-3
+
+
+def square_points_m(side_m: float) -> Array:
+    """The corners in the marker's frame (x right, y up, z out of the print), (4, 3), in the order of `Marker.corners_px`."""
+    half = side_m / 2.0
+    return np.array([[-half, half, 0.0], [half, half, 0.0], [half, -half, 0.0], [-half, -half, 0.0]])
+
+
+def located(found: FoundMarker, side_m: float, camera: PinholeCamera) -> Marker | None:
+    """The marker with its poses, the better one first; None if no pose puts it before the camera.
+
+    Args:
+        found: The marker in the picture.
+        side_m: Length of its black outer edge, metres.
+        camera: The calibrated camera.
+    """
+    rays = camera.undistorted(found.corners_px)
+    if not np.isfinite(rays).all():
+        return None
+    poses = [_pose(R, t, found, side_m, camera) for R, t in _ippe(rays, side_m)]
+    seen = sorted((pose for pose in poses if pose is not None), key=lambda pose: pose.reprojection_error_px)
+    if not seen:
+        return None
+    best, worst = seen[0].reprojection_error_px, seen[-1].reprojection_error_px
+    return Marker(
+        family=found.family,
+        id=found.id,
+        side_m=side_m,
+        corners_px=tuple((float(x), float(y)) for x, y in found.corners_px),
+        corner_sigma_px=found.corner_sigma_px,
+        poses=tuple(seen),
+        ambiguity=(best / worst if worst > 0.0 else 1.0) if len(seen) > 1 else 0.0,
+    )
+
+
+def _ippe(rays: Array, side_m: float) -> list[tuple[Array, Array]]:
+    try:
+        count, rotations, positions, _ = cv2.solvePnPGeneric(
+            square_points_m(side_m), rays.reshape(4, 1, 2), np.eye(3), np.zeros(5), flags=cv2.SOLVEPNP_IPPE_SQUARE
+        )
+    except cv2.error:
+        return []
+    return [_settled(rotations[index], positions[index], rays, side_m) for index in range(count)]
+
+
+def _settled(
+    rotation: cv2.typing.MatLike, position: cv2.typing.MatLike, rays: Array, side_m: float
+) -> tuple[Array, Array]:
+    """The least-squares pose next to one of IPPE's: IPPE's own scatters several times more sideways where the marker is near."""
+    points_m, seen = square_points_m(side_m), rays.reshape(4, 1, 2)
+    rotation, position = cv2.solvePnPRefineLM(points_m, seen, np.eye(3), np.zeros(5), rotation.copy(), position.copy())
+    return np.asarray(cv2.Rodrigues(rotation)[0], float), np.asarray(position, float).reshape(3)
+
+
+def _pose(R: Array, t: Array, found: FoundMarker, side_m: float, camera: PinholeCamera) -> MarkerPose | None:
+    corners_m = square_points_m(side_m) @ R.T
+    if not (np.isfinite(R).all() and np.isfinite(t).all()) or float((corners_m + t)[:, 2].min()) < _NEAREST_M:
+        return None
+    error = camera.project(corners_m + t) - found.corners_px
+    if not np.isfinite(error).all():
+        return None
+    covariance = _covariance(corners_m, t, found.corner_sigma_px, camera)
+    return MarkerPose(
+        position_camera_m=(float(t[0]), float(t[1]), float(t[2])),
+        q_camera_marker=quaternion_from_R(R),
+        reprojection_error_px=float(np.sqrt(np.mean(np.sum(error**2, axis=1)))),
+        covariance=tuple(covariance.ravel().tolist()),
+    )
+
+
+def _covariance(corners_m: Array, t: Array, sigma_px: float, camera: PinholeCamera) -> Array:
+    """First-order propagation of independent corner noise, (6, 6): (J^T J / sigma^2 + prior^-1)^-1.
+
+    The lens's distortion is left out of J: it stretches the picture by some percent only.
+    """
+    rows = []
+    for corner, (x, y, z) in zip(corners_m, corners_m + t, strict=True):
+        projection = np.array(
+            [[camera.fx_px / z, 0.0, -camera.fx_px * x / z**2], [0.0, camera.fy_px / z, -camera.fy_px * y / z**2]]
+        )
+        cx, cy, cz = corner
+        # A small rotation w moves the corner by w x corner.
+        turning = np.array([[0.0, cz, -cy], [-cz, 0.0, cx], [cy, -cx, 0.0]])
+        rows.append(projection @ np.hstack((np.eye(3), turning)))
+    J = np.vstack(rows) / sigma_px
+    prior = np.array([PRIOR_POSITION_SIGMA_M**-2] * 3 + [PRIOR_ROTATION_SIGMA_RAD**-2] * 3)
+    inverse = np.linalg.inv(J.T @ J + np.diag(prior))
+    symmetric: Array = (inverse + inverse.T) / 2.0
+    return symmetric
