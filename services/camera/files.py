@@ -71,7 +71,7 @@ def _video_pictures(file: Path, mirrored: bool) -> Iterator[SourcedPicture | Non
             there, picture = video.read()
             if not there:
                 break
-            yield SourcedPicture(_flipped(picture, mirrored), f"{file.name}#{number}")
+            yield SourcedPicture(_flipped(picture, mirrored), f"{file.name}#{number}", number)
             number += 1
     finally:
         video.release()

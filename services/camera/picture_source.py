@@ -15,6 +15,8 @@ class SourcedPicture:
     """(height, width) grey or (height, width, 3) blue, green, red."""
     name: str
     """File name, with the frame's number in a video; device."""
+    frame: int | None = None
+    """The frame's number in a video."""
 
 
 class PictureSource(Protocol):

@@ -1,0 +1,203 @@
+"""`alight detect FILES`: what the detector sees in images and videos, by the very code that flies."""
+
+import argparse
+import functools
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from alight.geometry.camera import PinholeCamera
+from alight.markers.family import FamilyError, dictionary, dictionary_from_file
+from schemas.settings.detector import Aruco
+from services.camera.calibration_file import CalibrationError, read_calibration
+from services.camera.files import FilesError, listed_files, pictures_in
+from services.camera.picture_source import SourcedPicture
+from services.detector.aruco import ArucoBackend
+from services.detector.detector import FoundMarker, GreyPicture, View
+from services.detector.node import grey
+from services.detector.square_pose import located
+from station.detect_drawing import draw_markers
+from station.detect_table import table_lines
+
+SizePx = tuple[int, int]
+CameraFor = Callable[[SizePx], PinholeCamera | None]
+
+
+@dataclass(frozen=True)
+class Looked:
+    """What was seen in one picture."""
+
+    file: Path
+    frame: int | None
+    """Its number in a video; None for an image."""
+    size_px: SizePx
+    markers: tuple[FoundMarker, ...]
+    poses: tuple[Any, ...]
+    """For each marker its `schemas.detection.Marker`, or None without a camera."""
+    milliseconds: float
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe `alight detect`."""
+    parser.add_argument("files", nargs="+", metavar="FILES", help="images, videos, directories or patterns")
+    parser.add_argument(
+        "--family", default="5x5_1000", help="marker family, such as 5x5_1000 or apriltag_36h11 (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--dictionary", type=Path, metavar="FILE", help="a dictionary of your own (OpenCV YAML) instead of a family"
+    )
+    parser.add_argument("--id", type=int, metavar="N", help="only the marker with this number")
+    parser.add_argument(
+        "--size-m",
+        type=_length_m,
+        default=1.0,
+        metavar="METRES",
+        help="length of the marker's black outer edge (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--camera",
+        type=Path,
+        metavar="FILE",
+        help="calibration (TOML or OpenCV YAML); without one there are corners, but no poses",
+    )
+    parser.add_argument("--mirrored", action="store_true", help="the pictures are mirror images: flip them")
+    parser.add_argument("--draw", type=Path, metavar="DIR", help="write pictures with the markers drawn in")
+    parser.add_argument("--json", action="store_true", help="one line of JSON a picture instead of a table")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Look at every picture; 0 if all could be read, 1 if not, 2 if the options cannot be used."""
+    try:
+        detector = _detector(arguments)
+        camera_for = _camera_for(arguments.camera)
+        files = listed_files(arguments.files)
+        if arguments.draw is not None:
+            arguments.draw.mkdir(parents=True, exist_ok=True)
+    except (FamilyError, CalibrationError, FilesError) as error:
+        return _refuse(str(error))
+    except OSError as error:
+        return _refuse(f"--draw {arguments.draw}: {error.strerror}")
+    complaints: list[str] = []
+    looked = _look(files, arguments, detector, camera_for, complaints)
+    if arguments.json:
+        for each in looked:
+            print(json.dumps(_as_json(each)), flush=True)
+    else:
+        for line in table_lines(looked):
+            print(line, flush=True)
+        if arguments.camera is None:
+            print("no poses: they need the camera's calibration (--camera FILE)")
+    for complaint in dict.fromkeys(complaints):
+        print(f"alight detect: {complaint}", file=sys.stderr)
+    return 1 if complaints else 0
+
+
+def _look(
+    files: list[Path],
+    arguments: argparse.Namespace,
+    detector: ArucoBackend,
+    camera_for: CameraFor,
+    complaints: list[str],
+) -> Iterator[Looked]:
+    for file in files:
+        for picture in pictures_in(file, mirrored=arguments.mirrored):
+            if picture is None:
+                complaints.append(f"{file}: not an image or video that can be decoded")
+                continue
+            size_px = (picture.pixels.shape[1], picture.pixels.shape[0])
+            try:
+                camera = camera_for(size_px)
+            except CalibrationError as error:
+                complaints.append(f"{file}: {error}")
+                camera = None
+            looked = _look_at(picture, file, detector, camera, arguments)
+            if arguments.draw is not None:
+                draw_markers(picture.pixels, looked.markers, arguments.draw / _drawn_name(looked))
+            yield looked
+
+
+def _look_at(
+    picture: SourcedPicture,
+    file: Path,
+    detector: ArucoBackend,
+    camera: PinholeCamera | None,
+    arguments: argparse.Namespace,
+) -> Looked:
+    began_s = time.perf_counter()
+    seen: GreyPicture = grey(picture.pixels)
+    markers = tuple(
+        marker for marker in detector.detect(View(seen, 0, camera)) if arguments.id is None or marker.id == arguments.id
+    )
+    poses = tuple(located(marker, arguments.size_m, camera) if camera else None for marker in markers)
+    took_ms = (time.perf_counter() - began_s) * 1e3
+    size_px = (seen.shape[1], seen.shape[0])
+    return Looked(file, picture.frame, size_px, markers, poses, took_ms)
+
+
+def _detector(arguments: argparse.Namespace) -> ArucoBackend:
+    if arguments.dictionary is not None:
+        return ArucoBackend(dictionary_from_file(arguments.dictionary), arguments.dictionary.stem, Aruco())
+    return ArucoBackend(dictionary(arguments.family), arguments.family.lower(), Aruco())
+
+
+def _camera_for(path: Path | None) -> CameraFor:
+    """How to get the camera for a size of picture; OpenCV's YAML often leaves out for which size it holds."""
+    if path is None:
+        return lambda _size_px: None
+    if path.suffix == ".toml":
+        read_calibration(path, "--camera")
+
+    @functools.cache
+    def camera(size_px: SizePx) -> PinholeCamera:
+        calibration = read_calibration(path, "--camera", size_px)
+        believed = (calibration.width_px, calibration.height_px)
+        if believed != size_px:
+            raise CalibrationError(
+                f"{size_px[0]}x{size_px[1]}, but {path} is for {believed[0]}x{believed[1]}: no poses"
+            )
+        return PinholeCamera.from_calibration(calibration)
+
+    return camera
+
+
+def _as_json(looked: Looked) -> dict[str, Any]:
+    line: dict[str, Any] = {"name": str(looked.file)}
+    if looked.frame is not None:
+        line["frame"] = looked.frame
+    line["width_px"], line["height_px"] = looked.size_px
+    line["milliseconds"] = round(looked.milliseconds, 3)
+    line["detections"] = [
+        {
+            "family": marker.family,
+            "id": marker.id,
+            "corners_px": [[round(x, 3), round(y, 3)] for x, y in marker.corners_px.tolist()],
+            "corner_sigma_px": round(marker.corner_sigma_px, 4),
+            "poses": [] if pose is None else [each.model_dump() for each in pose.poses],
+        }
+        for marker, pose in zip(looked.markers, looked.poses, strict=True)
+    ]
+    return line
+
+
+def _drawn_name(looked: Looked) -> str:
+    number = "" if looked.frame is None else f"_{looked.frame:06d}"
+    return f"{looked.file.stem}{number}.png"
+
+
+def _length_m(text: str) -> float:
+    try:
+        length_m = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no length in metres") from None
+    if not 0.0 < length_m <= 100.0:
+        raise argparse.ArgumentTypeError("must be more than 0 and at most 100 m")
+    return length_m
+
+
+def _refuse(reason: str) -> int:
+    print(f"alight detect: {reason}", file=sys.stderr)
+    return 2
