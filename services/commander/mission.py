@@ -93,7 +93,8 @@ class Mission:
             self._hands.take_outcome(outcome)
         situation = self.look(now_ns)
         self._looked = self._looked or situation.first_look
-        self._recovering = situation.recovering
+        if self.phase is Phase.ACQUIRE:
+            self._recovering = situation.recovering
         step = first_transition(situation)
         self._asked = None
         if step is not None:
