@@ -95,6 +95,10 @@ def run(arguments: argparse.Namespace) -> int:
         out = arguments.out or Path("flights") / datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
         settings = flight_settings(arguments, os.environ, _assignments(arguments, out))
         _check_camera(settings, arguments)
+        if any(out.glob("*.mcap")):
+            raise SettingsError(
+                f"--out {out}: there is a recording already, and none is overwritten; name another folder"
+            )
         return _fly(settings, arguments, out)
     except (SettingsError, BusError, ValueError, OSError) as error:
         sys.stderr.write(f"alight fly: {error}\n")
@@ -153,22 +157,22 @@ def _fly(settings: Settings, arguments: argparse.Namespace, out: Path) -> int:
 
 def conclude(outcome: LiveOutcome, out: Path) -> int:
     """Summarise the recording, write the report, say how it went; the exit status."""
-    recordings = sorted(out.glob("*.mcap"))
-    if not recordings:
+    if not any(out.glob("*.mcap")):
         sys.stderr.write(f"alight fly: {outcome.failure or 'the recorder wrote nothing'}; logs are in {out / 'logs'}\n")
         return 1
-    record = read_flight(recordings[0])
+    record = read_flight(out)
     summary = summarise(record)
     for line in summary_lines(summary):
         print(line)
     for incident in outcome.incidents:
         print(f"incident   {incident.service} {incident.cause} and was started again")
     report = out / "report.html"
+    print(f"recording  {', '.join(str(path) for path in sorted(out.glob('*.mcap')))}")
     try:
         write_report(record, summary, report)
-        print(f"recording  {recordings[0]}\nreport     {report}")
+        print(f"report     {report}")
     except ReportError as error:
-        print(f"recording  {recordings[0]}\nno report: {error}")
+        print(f"no report: {error}")
     if outcome.failure:
         sys.stderr.write(f"alight fly: not landed: {outcome.failure}\n")
         return 1

@@ -32,22 +32,19 @@ def settings_page() -> str:
 
 def _section(name: str, section: type[BaseModel], instance: BaseModel | None) -> Iterator[str]:
     values = instance or section()
-    plain, nested = [], []
-    for key, field in section.model_fields.items():
-        value = getattr(values, key)
-        kind = _section_type(field)
-        (nested if kind else plain).append((key, field, value, kind))
+    kinds = {key: _section_type(field) for key, field in section.model_fields.items()}
+    plain = [key for key, kind in kinds.items() if kind is None]
     if plain:
         yield f"## {f'[{name}]' if name else 'Without a section'}\n"
         if name:
             yield f"{(section.__doc__ or '').strip().splitlines()[0]}\n"
         yield "| key | default | meaning |\n|---|---|---|"
-        for key, field, value, _ in plain:
-            yield f"| `{key}` | `{_shown(value)}` | {_meaning(field)} |"
+        for key in plain:
+            yield f"| `{key}` | `{_shown(getattr(values, key))}` | {_meaning(section.model_fields[key])} |"
         yield ""
-    for key, _, value, kind in nested:
-        assert kind is not None
-        yield from _section(f"{name}.{key}" if name else key, kind, value)
+    for key, kind in kinds.items():
+        if kind is not None:
+            yield from _section(f"{name}.{key}" if name else key, kind, getattr(values, key))
 
 
 def _section_type(field: FieldInfo) -> type[BaseModel] | None:

@@ -67,7 +67,11 @@ def marker_cells(family: str, number: int) -> NDArray[np.uint8]:
     Raises:
         FamilyError: If there is no such family, or no such marker in it.
     """
-    codes = dictionary(family)
+    return cells_of(dictionary(family), number, family)
+
+
+def cells_of(codes: cv2.aruco.Dictionary, number: int, family: str) -> NDArray[np.uint8]:
+    """The same for any dictionary; `family` is its name, for the message."""
     count = codes.bytesList.shape[0]
     if not 0 <= number < count:
         raise FamilyError(f"family {family} has the markers 0 to {count - 1}, not {number}")

@@ -11,6 +11,13 @@ class LockstepSettings(Section):
     hop_s: float = Field(default=0.0005, ge=0.0, le=1.0)
     """From publication to arrival, seconds."""
     processing_s: dict[str, float] = Field(
-        default_factory=lambda: {"detector": 0.008, "geolocator": 0.0005, "filter": 0.0002, "commander": 0.0003}
+        default_factory=lambda: {
+            "camera": 0.02,
+            "detector": 0.008,
+            "geolocator": 0.0005,
+            "filter": 0.0002,
+            "commander": 0.0003,
+            "recorder": 0.02,
+        }
     )
-    """From arrival to publication, seconds, by service; absent means none."""
+    """From arrival to publication, seconds, by service; absent means none. The camera's rendering must fit in `simulator.lead_s`."""
