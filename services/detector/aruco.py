@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from schemas.settings.detector import Aruco
 from services.detector.detector import FoundMarker, GreyPicture, Tally, View, WantedMarker
 from services.detector.edge_corners import refined_corners
+from services.detector.pattern_check import PatternCheck, is_dense
 from services.detector.search_window import SearchWindow, Window
 
 CONTOUR_INSET_PX = 0.5
@@ -39,17 +40,21 @@ class ArucoBackend:
             settings: Parameters of the search.
             wanted: The pad, whose place in the last frame is searched first; None searches whole frames.
         """
-        parameters = cv2.aruco.DetectorParameters()
+        parameters = _parameters(settings)
         parameters.adaptiveThreshWinSizeMin = settings.threshold_window_min_px
         parameters.adaptiveThreshWinSizeMax = settings.threshold_window_max_px
         parameters.adaptiveThreshWinSizeStep = settings.threshold_window_step_px
+        self._settings = settings
         self._opencv = cv2.aruco.ArucoDetector(dictionary, parameters)
-        self._in_window_opencv = cv2.aruco.ArucoDetector(dictionary, cv2.aruco.DetectorParameters())
+        self._in_window_opencv = cv2.aruco.ArucoDetector(dictionary, _parameters(settings))
         self._family, self._refine = family, settings.refine_edges
         self._cells = dictionary.markerSize + 2
+        self._pattern_check = PatternCheck(dictionary) if is_dense(dictionary) else None
         self._wanted = wanted if settings.track else None
         self._window = SearchWindow()
-        self._tally = Tally({"found_in_window": 0, "missed_in_window": 0, "whole_frame_searches": 0})
+        self._tally = Tally(
+            {"found_in_window": 0, "missed_in_window": 0, "whole_frame_searches": 0, "look_alikes_refused": 0}
+        )
 
     def detect(self, view: View) -> tuple[FoundMarker, ...]:
         """The markers in the window where the pad should be, if it is there, else those in the whole frame."""
@@ -90,7 +95,9 @@ class ArucoBackend:
             used = part[: size[1] * window.shrink, : size[0] * window.shrink]
             part = np.asarray(cv2.resize(used, size, interpolation=cv2.INTER_AREA), np.uint8)
         origin = np.array((window.left, window.top))
-        self._in_window_opencv.setDetectorParameters(_fitted_parameters(self._cells, window, max(part.shape)))
+        self._in_window_opencv.setDetectorParameters(
+            _fitted_parameters(self._settings, self._cells, window, max(part.shape))
+        )
         # A pixel of the smaller picture has its centre in the middle of those it was made of.
         found = [
             (number, (corners + 0.5) * window.shrink - 0.5 + origin)
@@ -101,11 +108,18 @@ class ArucoBackend:
     def _markers(
         self, view: View, found: list[tuple[int, NDArray[np.float64]]], shrink: int
     ) -> tuple[FoundMarker, ...]:
-        return tuple(
+        markers = (
             self._refined(view, number, _outset(corners, CONTOUR_INSET_PX * shrink), shrink)
             for number, corners in found
             if _is_sound(corners)
         )
+        return tuple(marker for marker in markers if self._is_there(view, marker))
+
+    def _is_there(self, view: View, marker: FoundMarker) -> bool:
+        if self._pattern_check is None or self._pattern_check.agrees(view.picture, marker.corners_px, marker.id):
+            return True
+        self._tally.add("look_alikes_refused")
+        return False
 
     def _refined(self, view: View, number: int, corners: NDArray[np.float64], shrink: int) -> FoundMarker:
         sharper = refined_corners(view.picture, corners, self._cells, view.camera) if self._refine else None
@@ -134,10 +148,17 @@ def _outset(corners: NDArray[np.float64], distance_px: float) -> NDArray[np.floa
     return moved
 
 
-def _fitted_parameters(cells: int, window: Window, extent_px: int) -> cv2.aruco.DetectorParameters:
-    """OpenCV's defaults for a marker whose size is known: one threshold instead of three, and nothing much smaller."""
-    side_px = window.side_px / window.shrink
+def _parameters(settings: Aruco) -> cv2.aruco.DetectorParameters:
     parameters = cv2.aruco.DetectorParameters()
+    parameters.perspectiveRemovePixelPerCell = settings.cell_px
+    parameters.perspectiveRemoveIgnoredMarginPerCell = settings.cell_margin
+    return parameters
+
+
+def _fitted_parameters(settings: Aruco, cells: int, window: Window, extent_px: int) -> cv2.aruco.DetectorParameters:
+    """For a marker whose size is known: one threshold instead of three, and nothing much smaller."""
+    side_px = window.side_px / window.shrink
+    parameters = _parameters(settings)
     threshold_px = 2 * round(min(max(_THRESHOLD_CELLS * side_px / cells, _LEAST_THRESHOLD_PX), _MOST_THRESHOLD_PX)) + 1
     parameters.adaptiveThreshWinSizeMin = parameters.adaptiveThreshWinSizeMax = threshold_px
     parameters.minMarkerPerimeterRate = _LEAST_PERIMETER * 4.0 * side_px / extent_px
