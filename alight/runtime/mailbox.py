@@ -1,7 +1,9 @@
 """Where what arrives waits for the node: filled by receiving threads, emptied by the one that runs the node."""
 
+import contextlib
 import queue
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -35,11 +37,15 @@ class _Place:
 class Mailbox:
     """A queue in order of arrival in which a new frame takes the place of one that still waits, and no EVENT is lost.
 
-    `queue.SimpleQueue` hands over in C, which is quicker and steadier than a condition variable in Python.
+    `queue.SimpleQueue` and a lock as a bell hand over in C, which is quicker and steadier than a condition variable in
+    Python. The queue's own timeout is not used: in CPython 3.11 `SimpleQueue.get(timeout=...)` waits for ever when its
+    deadline passes between two looks at the queue, which short timeouts make likely.
     """
 
     def __init__(self, on_drop: Callable[[Topic[Any]], None]) -> None:
         self._places: queue.SimpleQueue[_Place] = queue.SimpleQueue()
+        self._bell = threading.Lock()
+        self._bell.acquire()
         self._waiting_frames: dict[str, _Place] = {}
         self._lock = threading.Lock()
         self._on_drop = on_drop
@@ -51,19 +57,32 @@ class Mailbox:
             self._put_frame(topic, letter)
         elif self._places.qsize() < CAPACITY or (topic is not None and topic.delivery is Delivery.EVENT):
             self._places.put(_Place(letter))
+            self._ring()
         elif topic is not None:
             self._on_drop(topic)
 
     def take(self, timeout_s: float) -> Letter | None:
         """The oldest letter, waiting for one at most this long; None if none came."""
-        try:
-            place = self._places.get(timeout=max(0.0, timeout_s))
-        except queue.Empty:
+        place = self._wait(time.monotonic() + timeout_s)
+        if place is None:
             return None
         if place.letter.topic is not None and place.letter.topic.delivery is Delivery.STREAM:
             with self._lock:
                 del self._waiting_frames[place.letter.topic.name]
         return place.letter
+
+    def _wait(self, deadline_s: float) -> _Place | None:
+        while True:
+            # An old ring is taken back before the look at the queue, so that none for a newer letter is lost.
+            self._bell.acquire(blocking=False)
+            with contextlib.suppress(queue.Empty):
+                return self._places.get_nowait()
+            if not self._bell.acquire(timeout=max(0.0, deadline_s - time.monotonic())):
+                return None
+
+    def _ring(self) -> None:
+        with contextlib.suppress(RuntimeError):  # it rings already
+            self._bell.release()
 
     def _put_frame(self, topic: Topic[Any], letter: Letter) -> None:
         with self._lock:
@@ -71,6 +90,7 @@ class Mailbox:
             if waiting is None:
                 place = self._waiting_frames[topic.name] = _Place(letter)
                 self._places.put(place)
+                self._ring()
                 return
             waiting.letter = letter
         self._on_drop(topic)

@@ -18,7 +18,7 @@ mavsdk = pytest.importorskip("mavsdk", minversion="4.0")
 
 
 @contextlib.contextmanager
-def simulator(listen: int, send: int) -> Iterator[subprocess.Popen[str]]:
+def simulator(listen: int, send: int) -> Iterator[None]:
     """`python -m services.simulator` on ports of its own."""
     bus = free_port()
     command = [
@@ -26,12 +26,16 @@ def simulator(listen: int, send: int) -> Iterator[subprocess.Popen[str]]:
         "--set", f"simulator.url=udp://127.0.0.1:{listen}?to=127.0.0.1:{send}",
         "--set", f'bus.connect=["tcp/127.0.0.1:{bus}"]',
     ]  # fmt: skip
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(command, stderr=subprocess.DEVNULL) as process:
         try:
-            yield process
+            yield
         finally:
             process.send_signal(signal.SIGTERM)
-            process.wait(10)
+            try:
+                process.wait(10)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                raise
 
 
 def wait_for(what: str, condition: Callable[[], object], timeout_s: float) -> None:

@@ -1,5 +1,8 @@
 """The mailbox: order, newest-wins for frames, nothing lost that must not be."""
 
+import random
+import threading
+
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -56,3 +59,20 @@ def test_bytes_from_a_port_wait_in_line_with_messages() -> None:
     mailbox.put(Letter(1, topics.PAD_FIX))
     mailbox.put(Letter(2, payload=b"abc", port="vehicle"))
     assert [letter.port for letter in drained(mailbox)] == ["", "vehicle"]
+
+
+def test_short_waits_end_whether_or_not_a_letter_comes() -> None:
+    # `SimpleQueue.get(timeout=...)` of CPython 3.11 hangs here within a few thousand calls.
+    mailbox = Mailbox(on_drop=lambda _: None)
+    chance = random.Random(1)
+
+    def wait_often() -> None:
+        for _ in range(20_000):
+            if chance.random() < 0.3:
+                mailbox.put(Letter(1, topics.PAD_FIX))
+            mailbox.take(chance.choice([0.0, 1e-6, 5e-6, 2e-5, 1e-4]))
+
+    thread = threading.Thread(target=wait_often, daemon=True)
+    thread.start()
+    thread.join(timeout=60.0)
+    assert not thread.is_alive()
