@@ -62,8 +62,10 @@ class GlideSettings(Section):
     """The line ends this high above the pad; from there it goes straight down, metres."""
     switching_height_m: float = Field(default=1.0, gt=0.0, le=10.0)
     """Height above the pad at which DESCEND becomes TOUCHDOWN, metres: nearer than about 0.6 m the marker no longer fits the picture."""
-    max_horizontal_mps: float = Field(default=3.0, gt=0.0, le=10.0)
-    """Fastest horizontal motion of the setpoint, m/s."""
+    max_horizontal_mps: float = Field(default=1.5, gt=0.0, le=10.0)
+    """Fastest horizontal motion of the setpoint, m/s: the faster, the more the vehicle leans, and a fixed camera with it."""
+    line_acceleration_mps2: float = Field(default=0.3, gt=0.0, le=5.0)
+    """How fast the horizontal speed may grow on the line, m/s^2."""
     acceleration_mps2: float = Field(default=1.0, gt=0.0, le=5.0)
     """How fast the setpoint's velocity may change, m/s^2: what a new estimate changes is flown smoothly."""
     approach_gain_per_s: float = Field(default=1.0, gt=0.0, le=5.0)

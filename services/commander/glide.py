@@ -6,6 +6,7 @@ farther the vehicle is beside the setpoint, the higher it stays.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from alight.geometry.local import moved_by_ned, ned_between
@@ -144,11 +145,9 @@ class Glide:
 
     def _move(self, vehicle: Vector3, freshness: float, step_s: float, now_ns: int) -> None:
         wanted = self._wanted_velocity(vehicle, freshness, now_ns)
-        change = [w - v for w, v in zip(wanted, self._velocity, strict=True)]
-        allowed = self._settings.acceleration_mps2 * step_s
-        scale = min(1.0, allowed / max(math.hypot(*change), 1e-9))
-        vn, ve, vd = (v + scale * c for v, c in zip(self._velocity, change, strict=True))
-        self._smooth_acceleration([scale * c / step_s for c in change], step_s)
+        change = self._allowed_change(wanted, step_s)
+        vn, ve, vd = (v + c for v, c in zip(self._velocity, change, strict=True))
+        self._smooth_acceleration([c / step_s for c in change], step_s)
         n, e, d = self._place
         self._velocity = (vn, ve, vd)
         self._place = (n + vn * step_s, e + ve * step_s, d + vd * step_s)
@@ -159,6 +158,21 @@ class Glide:
             self._place = (*self._place[:2], min(self._place[2], deepest_m))
         if not on_ground:
             self._adjust_trim(vehicle, step_s)
+
+    def _allowed_change(self, wanted: Vector3, step_s: float) -> Vector3:
+        """What the velocity may change in one step, towards the wanted one.
+
+        On the line the horizontal speed grows slowly: a vehicle that leans into its acceleration turns a fixed camera away from the
+        pad, which at the start of a line lies near the edge of the picture.
+        """
+        cn, ce, cd = (w - v for w, v in zip(wanted, self._velocity, strict=True))
+        acceleration = self._settings.acceleration_mps2
+        scale = min(1.0, acceleration * step_s / max(math.hypot(cn, ce, cd), 1e-9))
+        quicker = math.hypot(*wanted[:2]) > math.hypot(*self._velocity[:2])
+        if quicker and self._pad is not None and self._pad[2] - self._place[2] > self._settings.vertical_below_m:
+            # One scale for all axes: it must not sink below the line meanwhile, either.
+            scale = min(scale, self._settings.line_acceleration_mps2 * step_s / max(math.hypot(cn, ce), 1e-9))
+        return (cn * scale, ce * scale, cd * scale)
 
     def _adjust_trim(self, vehicle: Vector3, step_s: float) -> None:
         """Off the line, work off what the autopilot leaves of the error.
@@ -175,7 +189,7 @@ class Glide:
         shrink = min(1.0, MAX_TRIM_M / max(math.hypot(north, east), 1e-9))
         self._trim = (north * shrink, east * shrink)
 
-    def _smooth_acceleration(self, acceleration: list[float], step_s: float) -> None:
+    def _smooth_acceleration(self, acceleration: Sequence[float], step_s: float) -> None:
         """The acceleration as it is sent: what two steps differ by is noise to the vehicle."""
         weight = step_s / (step_s + ACCELERATION_TIME_S)
         an, ae, ad = (old + weight * (new - old) for old, new in zip(self._acceleration, acceleration, strict=True))
