@@ -21,6 +21,7 @@ from station.metrics.text import summary_lines
 from station.progress import progress_line
 from station.report.error import ReportError
 from station.report.write import write_report
+from station.supervisor import ServiceError
 
 ALL_SERVICES = ("simulator", "commander", "camera", "detector", "geolocator", "filter", "recorder")
 START_NED_M: Vector3 = (10.0, 10.0, -20.0)
@@ -100,7 +101,7 @@ def run(arguments: argparse.Namespace) -> int:
                 f"--out {out}: there is a recording already, and none is overwritten; name another folder"
             )
         return _fly(settings, arguments, out)
-    except (SettingsError, BusError, ValueError, OSError) as error:
+    except (SettingsError, BusError, ServiceError, ValueError, OSError) as error:
         sys.stderr.write(f"alight fly: {error}\n")
         return 2
 

@@ -12,7 +12,7 @@ from schemas.settings import Settings
 from schemas.settings.bus import BusSettings
 from station.director import FlightDirector, FlightPlan
 from station.progress import Progress
-from station.supervisor import Incident, ServiceError, Supervisor
+from station.supervisor import Incident, Supervisor
 
 SETTLE_S = 1.0
 """Flown on after the end, so that the recording shows the vehicle at rest."""
@@ -75,8 +75,6 @@ def fly_live(
         _settle(supervisor)
     except KeyboardInterrupt:
         outcome.failure = "stopped by the operator"
-    except ServiceError as error:
-        outcome.failure = str(error)
     finally:
         supervisor.stop()
         runner.stop()

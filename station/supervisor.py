@@ -122,7 +122,7 @@ class Supervisor:
     def _last_words(self, service: str) -> str:
         path = self.log_directory / f"{service}.jsonl"
         lines = path.read_text(encoding="utf-8", errors="replace").strip().splitlines()
-        return lines[-1] if lines else f"{service} could not start; it left no word in {path}"
+        return lines[-1].removeprefix("alight ") if lines else f"{service} could not start; it left no word in {path}"
 
     def _wait(self, child: _Child) -> None:
         try:

@@ -53,7 +53,8 @@ def height_view(summary: FlightSummary, paths: FlightPaths) -> str:
         height.set_xlim(*paths.shown_s)
         height.set_ylim(bottom=min(0.0, height.get_ylim()[0]))
         distance.set_ylim(bottom=0)
-        height.legend(loc="upper right", markerscale=2)
+        if height.get_legend_handles_labels()[0]:
+            height.legend(loc="upper right", markerscale=2)
         return inline_svg(drawn, "Height above the pad, setpoints and horizontal distance over time")
 
 
