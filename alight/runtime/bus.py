@@ -114,7 +114,9 @@ def configuration(settings: BusSettings) -> zenoh.Config:
     values: dict[str, object] = {
         "mode": settings.mode,
         "connect/endpoints": list(settings.connect),
-        "connect/timeout_ms": 0 if settings.mode == "peer" else 10_000,
+        # A peer goes on trying for ever: whoever it looks for may start later, or come back. A client without a router is of no use.
+        "connect/timeout_ms": -1 if settings.mode == "peer" else 10_000,
+        "connect/retry": {"period_init_ms": 200, "period_max_ms": 2000, "period_increase_factor": 1.5},
         "connect/exit_on_failure": settings.mode == "client",
         "listen/endpoints": list(settings.listen),
         # Multicast would reach beyond the hosts that the settings name.

@@ -13,6 +13,7 @@ Texture = NDArray[np.uint8]
 BLUR_TEXELS = 0.5
 """Standard deviation of the blur that every texture has, texels: samples half a pixel apart would let edges flicker without it."""
 
+_MARGIN_TEXELS = 4
 _STEPS_PER_OCTAVE = 4
 _LARGEST_SIDE_TEXELS = 2048
 
@@ -58,14 +59,15 @@ class PadPrint:
         if step not in self._textures:
             self._textures[step] = self._averaged(max(round(2.0 ** (step / _STEPS_PER_OCTAVE)), 1))
         texture = self._textures[step]
-        return texture, self.board_m / texture.shape[0]
+        return texture, self.board_m / (texture.shape[0] - 2 * _MARGIN_TEXELS)
 
     def _averaged(self, side_texels: int) -> Texture:
         bounds = np.linspace(0.0, self.board_m, side_texels + 1)
         upper = np.minimum(bounds[1:, None], self._edges_m[None, 1:])
         lower = np.maximum(bounds[:-1, None], self._edges_m[None, :-1])
         share = np.clip(upper - lower, 0.0, None) * (side_texels / self.board_m)
-        sharp = np.clip(share @ self._shades @ share.T, 0.0, 255.0).astype(np.float32)
-        soft = cv2.GaussianBlur(sharp, (0, 0), BLUR_TEXELS, borderType=cv2.BORDER_REPLICATE)
-        levels = np.rint(soft).astype(np.uint8)
-        return np.stack((levels, np.full_like(levels, 255)), axis=-1)
+        levels = np.clip(share @ self._shades @ share.T, 0.0, 255.0)
+        both = np.stack((levels, np.full_like(levels, 255.0)), axis=-1).astype(np.float32)
+        around = np.pad(both, ((_MARGIN_TEXELS, _MARGIN_TEXELS), (_MARGIN_TEXELS, _MARGIN_TEXELS), (0, 0)))
+        soft = cv2.GaussianBlur(around, (0, 0), BLUR_TEXELS, borderType=cv2.BORDER_CONSTANT)
+        return np.asarray(np.rint(soft), np.uint8)

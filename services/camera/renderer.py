@@ -18,6 +18,7 @@ _SKY_LEVEL = 190
 _LOWEST_SINE = 0.02
 _BOARD_POINTS_A_SIDE = 6
 _SMALL_BOARD_PX = 64.0
+_BAND_ROWS = 8
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,10 @@ class Renderer:
         corner = np.array((texels[..., 0].min(), texels[..., 1].min()))
         texels -= (np.floor(corner / period) * period).astype(np.float32)
         size = (self._camera.height_px, self._camera.width_px)
-        grains = _sampled(fine, enlarged(texels), cv2.BORDER_WRAP)
+        grains = np.empty((self._grid.rows * STEP_PX, self._grid.columns * STEP_PX), np.uint8)
+        for first, last in _bands(self._grid.rows):
+            band = _sampled(fine, enlarged(texels[first : last + 2]), cv2.BORDER_WRAP)
+            grains[first * STEP_PX : last * STEP_PX] = band
         coarse_texels = nodes_m / np.float32(COARSE_TEXEL_M)
         fields = _sampled(self._ground.coarse, coarse_texels, cv2.BORDER_WRAP)
         large = cv2.resize(fields, None, fx=STEP_PX, fy=STEP_PX, interpolation=cv2.INTER_LINEAR)
@@ -91,13 +95,10 @@ class Renderer:
         nodes = (
             nodes_m[top : bottom + 2, left : right + 2] * np.array((1.0 / texel_m, -1.0 / texel_m), np.float32) + centre
         )
-        board = _sampled(texture, enlarged(nodes, times), cv2.BORDER_CONSTANT)
-        if times > 1:
-            size = ((right - left) * STEP_PX, (bottom - top) * STEP_PX)
-            board = np.asarray(cv2.resize(board, size, interpolation=cv2.INTER_AREA), np.uint8)
-        behind = picture[top * STEP_PX : bottom * STEP_PX, left * STEP_PX : right * STEP_PX]
-        ink, cover = cv2.split(board[: behind.shape[0], : behind.shape[1]])
-        cv2.add(cv2.multiply(behind, cv2.bitwise_not(cover), scale=1.0 / 255.0), ink, dst=behind)
+        place = picture[top * STEP_PX : bottom * STEP_PX, left * STEP_PX : right * STEP_PX]
+        for first, last in _bands(bottom - top):
+            board = _sampled(texture, enlarged(nodes[first : last + 2], times), cv2.BORDER_CONSTANT)
+            _lay_over(place[first * STEP_PX : last * STEP_PX], board, times)
         texel_px = texel_m * side_px / self._pad.board_m
         return texel_px**2 * (BLUR_TEXELS**2 + 0.25) + (1.0 - 1.0 / times**2) / 12.0
 
@@ -122,6 +123,20 @@ class Renderer:
     def _draw_sky(self, picture: Picture, down: Grid) -> None:
         sky = enlarged(down)[: picture.shape[0], : picture.shape[1]] <= _LOWEST_SINE * 1.01
         picture[sky] = _SKY_LEVEL
+
+
+def _bands(rows: int) -> list[tuple[int, int]]:
+    """The grid's rows in bands that are small enough for their maps to stay in the cache."""
+    return [(first, min(first + _BAND_ROWS, rows)) for first in range(0, rows, _BAND_ROWS)]
+
+
+def _lay_over(behind: Picture, board: Picture, times: int) -> None:
+    """Put the board, `times` samples a pixel on each axis, over a part of the picture."""
+    if times > 1:
+        size = (board.shape[1] // times, board.shape[0] // times)
+        board = np.asarray(cv2.resize(board, size, interpolation=cv2.INTER_AREA), np.uint8)
+    ink, cover = cv2.split(board[: behind.shape[0], : behind.shape[1]])
+    cv2.add(cv2.multiply(behind, cv2.bitwise_not(cover), scale=1.0 / 255.0), ink, dst=behind)
 
 
 def _sampled(texture: Picture, texels: Grid, border: int) -> Picture:

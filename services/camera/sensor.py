@@ -59,15 +59,17 @@ class Sensor:
 def blur_kernel(variance_px2: float) -> NDArray[np.float32]:
     """A Gaussian blur of a picture that is already sampled, (2 n + 1,), sum 1.
 
-    Its frequency response is the Gaussian's up to the Nyquist frequency. The sampled Gaussian, which is the usual kernel, blurs much too
-    little where the standard deviation is below half a pixel.
+    The sampled Gaussian, which is the usual kernel, blurs much too little where the standard deviation is below half a pixel. These taps are the
+    least-squares fit of the Gaussian's frequency response up to the Nyquist frequency, weighted as edges weight it (1 / frequency).
     """
     reach = max(2, math.ceil(3.0 * math.sqrt(variance_px2)))
-    frequency = (np.arange(512) + 0.5) / 1024.0
+    frequency = (np.arange(256) + 0.5) / 512.0
     response = np.exp(-2.0 * np.pi**2 * variance_px2 * frequency**2)
-    taps = np.arange(-reach, reach + 1)
-    kernel = (response * np.cos(2.0 * np.pi * taps[:, None] * frequency)).mean(axis=1)
-    return np.asarray(kernel / kernel.sum(), np.float32)
+    taps = np.arange(1, reach + 1)
+    # With the middle tap as 1 minus the others, every tap adds 2 (cos - 1) to the response.
+    basis = 2.0 * (np.cos(2.0 * np.pi * frequency[:, None] * taps) - 1.0)
+    side, *_ = np.linalg.lstsq(basis / frequency[:, None], (response - 1.0) / frequency, rcond=None)
+    return np.concatenate((side[::-1], [1.0 - 2.0 * side.sum()], side)).astype(np.float32)
 
 
 def _vignette(camera: PinholeCamera, strength: float) -> Picture:

@@ -12,7 +12,7 @@ MAX_ROUND_TRIP_NS = nanoseconds(1.0)
 OUTLIER_NS = nanoseconds(0.02)
 OUTLIERS_TO_RESTART = 4
 """So many replies in a row that contradict the rest mean that a clock was set anew."""
-REPLIES_FOR_DRIFT = 8
+REPLIES_FOR_DRIFT = 4
 MAX_DRIFT = 0.2
 """A simulation that cannot keep up runs slower than real time; no real clock is nearly as wrong."""
 ONE_WAY_UNCERTAINTY_S = 0.05

@@ -1,7 +1,5 @@
 """The stage for flights of the commander: a feeder that knows where the pad is, and a person who asks."""
 
-import math
-
 from alight.geometry.local import moved_by_ned, ned_between
 from alight.runtime.clock import nanoseconds
 from alight.runtime.node import Arrival, Node, Publication
@@ -95,15 +93,11 @@ class Person(Node):
         return None if self.mission is None else self.mission.phase
 
     def on_tick(self, now_ns: int) -> list[Publication]:
-        if (
-            self.start_ned_m is not None
-            and self.vehicle is not None
-            and self.vehicle.ready_to_arm
-            and self.phase is Phase.IDLE
-        ):
-            if self._asked_takeoff_ns is None or now_ns - self._asked_takeoff_ns > nanoseconds(1.0):
-                self._asked_takeoff_ns = now_ns
-                self.wish(Verb.TAKEOFF, now_ns, start_ned_m=self.start_ned_m)
+        ready = self.vehicle is not None and self.vehicle.ready_to_arm and self.phase is Phase.IDLE
+        waited = self._asked_takeoff_ns is None or now_ns - self._asked_takeoff_ns > nanoseconds(1.0)
+        if self.start_ned_m is not None and ready and waited:
+            self._asked_takeoff_ns = now_ns
+            self.wish(Verb.TAKEOFF, now_ns, start_ned_m=self.start_ned_m)
         wishes, self.wishes = self.wishes, []
         return [Publication(topics.REQUEST, wish) for wish in wishes]
 
@@ -144,13 +138,6 @@ class Scribe(Node):
     def _on_state(self, arrival: Arrival[VehicleState]) -> tuple[()]:
         self.states.append(arrival.message)
         return ()
-
-
-def flown_m(states: list[VehicleState]) -> float:
-    """Length of the path (Eq. 29)."""
-    return sum(
-        math.hypot(*ned_between(a.position, b.position).tolist()) for a, b in zip(states, states[1:], strict=False)
-    )
 
 
 def landed_and_holding(status: VehicleStatus | None) -> bool:
