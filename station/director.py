@@ -85,6 +85,8 @@ class FlightDirector(Node):
         self._started_ns: int | None = None
         self._pending: MissionRequest | None = None
         self._asked_ns = 0
+        self._refused: str | None = None
+        self._connect_from_ns = 0
         self._requests = 0
         self._landing_requests = 0
         self.subscribe(topics.MISSION_STATUS, self._on_mission)
@@ -115,6 +117,8 @@ class FlightDirector(Node):
             yield self._send(self._pending.model_copy(update={"at_ns": now_ns}), now_ns)
 
     def _connect(self, now_ns: int, elapsed_s: float) -> Iterator[Output]:
+        if now_ns < self._connect_from_ns:
+            return
         missing = self._missing()
         if missing is None:
             grounded = self.view.vehicle is not None and self.view.vehicle.landed_state is LandedState.ON_GROUND
@@ -126,7 +130,7 @@ class FlightDirector(Node):
             else:
                 self._fail("the vehicle stands on the ground: take off by hand first, or add --takeoff")
         elif elapsed_s > self._plan.connect_timeout_s:
-            self._fail(f"{missing} after {self._plan.connect_timeout_s:.0f} s")
+            self._fail(f"{self._refused or missing} after {self._plan.connect_timeout_s:.0f} s")
 
     def _missing(self) -> str | None:
         vehicle = self.view.vehicle
@@ -176,8 +180,17 @@ class FlightDirector(Node):
         if self._pending is not None and reply.request_id == self._pending.request_id:
             verb, self._pending = self._pending.verb, None
             if not reply.accepted:
-                self._fail(f"{verb} was refused: {reply.reason}")
+                self._take_refusal(f"{verb} was refused: {reply.reason}", arrival.now_ns)
         return iter(())
+
+    def _take_refusal(self, reason: str, now_ns: int) -> None:
+        """What is refused at the start, before the vehicle knows where it is, may be granted a moment later."""
+        assert self._started_ns is not None, "nothing is asked before the first tick"
+        if seconds(now_ns - self._started_ns) > self._plan.connect_timeout_s:
+            self._fail(reason)
+        else:
+            self.stage = Stage.CONNECTING
+            self._refused, self._connect_from_ns = reason, now_ns + nanoseconds(ASK_AGAIN_S)
 
     def _on_vehicle(self, arrival: Arrival[VehicleStatus]) -> Iterator[Output]:
         self.view.vehicle = arrival.message

@@ -13,6 +13,8 @@ from pathlib import Path
 
 REPOSITORY = Path(__file__).parents[2]
 FLIGHT_TIMEOUT_S = 240.0
+IN_THE_AIR = ("--set", "simulator.airborne={north_m=10.0, east_m=10.0, down_m=-20.0}")
+"""Begins where the landing begins, without takeoff and transit."""
 
 
 def free_port(kind: int = socket.SOCK_STREAM) -> int:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from flight_process import flight
+from flight_process import IN_THE_AIR, flight
 
 from alight.runtime.bus import configuration
 from schemas import topics
@@ -73,7 +73,7 @@ def harass(endpoint: str, stop: threading.Event, sent: list[int]) -> None:
 
 def test_a_flight_among_nonsense_lands_and_counts_it(tmp_path: Path) -> None:
     stop, sent = threading.Event(), [0]
-    with flight(tmp_path / "flight") as running:
+    with flight(tmp_path / "flight", IN_THE_AIR) as running:
         endpoint = f"tcp/127.0.0.1:{running.bus_port}"
         harasser = threading.Thread(target=harass, args=(endpoint, stop, sent), daemon=True)
         running.wait_for_line(lambda line: "->" in line)

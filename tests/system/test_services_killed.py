@@ -3,10 +3,11 @@
 from pathlib import Path
 
 import pytest
-from flight_process import flight
+from flight_process import IN_THE_AIR, flight
 
 from schemas.topics import MISSION_SERVICES
 from station.flight_record import read_flight
+from station.metrics.incidents import IncidentKind
 from station.metrics.summary import summarise
 
 pytestmark = pytest.mark.system
@@ -14,7 +15,7 @@ pytestmark = pytest.mark.system
 
 @pytest.mark.parametrize("service", sorted(MISSION_SERVICES))
 def test_a_landing_survives_the_death_of(service: str, tmp_path: Path) -> None:
-    with flight(tmp_path / "flight") as running:
+    with flight(tmp_path / "flight", IN_THE_AIR) as running:
         running.wait_for_line(lambda line: "-> descend" in line)
         running.wait_for_line(lambda line: "descend  " in line)
         killed = running.pid_of(service)
@@ -26,6 +27,8 @@ def test_a_landing_survives_the_death_of(service: str, tmp_path: Path) -> None:
     summary = summarise(read_flight(tmp_path / "flight" / "flight.mcap"))
     assert summary.verdict.ok
     restarts = [
-        incident for incident in summary.incidents if incident.service == service and incident.kind == "restart"
+        incident
+        for incident in summary.incidents
+        if incident.service == service and incident.kind is IncidentKind.RESTARTED
     ]
     assert restarts, f"the report does not say that {service} (pid {killed}) was restarted"
