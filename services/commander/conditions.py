@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from schemas.mission import Verb
+from schemas.mission import Phase, Verb
 from schemas.vehicle import FlightMode, LandedState
 from services.commander.glide import funnel_radius_m
 from services.commander.situation import Situation
@@ -36,11 +36,23 @@ def autopilot_rebooted(s: Situation) -> str | None:
 
 
 def own_setpoints_late(s: Situation) -> str | None:
-    """The autopilot left OFFBOARD for want of setpoints, because this process was held up or the link lost them."""
-    left = s.mode_taken and FlightMode.OFFBOARD in (*s.expected_modes, s.status.intended_mode)
-    if not left or s.setpoint_gap_s < SETPOINT_GAP_S:
+    """The autopilot left OFFBOARD for want of setpoints: this process was held up, was restarted, or the link lost them."""
+    left = s.mode_taken and s.status.intended_mode is FlightMode.OFFBOARD
+    if not left or s.recovering:
+        return None
+    if s.phase in (Phase.ACQUIRE, Phase.HOLD):
+        # The stream has been stopped for HOLD, which is not flown yet.
+        return (
+            None if s.mode_overdue_s is None else f"the autopilot flies {s.status.mode}: it was told to hold too late"
+        )
+    if s.setpoint_gap_s < SETPOINT_GAP_S:
         return None
     return f"no setpoint went out for {s.setpoint_gap_s:.2f} s, the autopilot flies {s.status.mode}"
+
+
+def restarted_too_late(s: Situation) -> str | None:
+    """The same, right after a start in flight."""
+    return own_setpoints_late(s) if s.code == "restarted_in_flight" else None
 
 
 def autopilot_failsafe(s: Situation) -> str | None:

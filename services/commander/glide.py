@@ -25,6 +25,7 @@ FRESH_PART = 0.4
 TOUCHDOWN_LEAD_M = 0.5
 """On the ground the setpoint goes no deeper than this below the vehicle, so that the thrust falls gently."""
 MAX_TRIM_M = 0.4
+MAX_TRIM_MPS = 0.15
 ACCELERATION_TIME_S = 0.1
 """Over this time the acceleration that is sent along is smoothed."""
 FINAL_MPS = 1.0
@@ -180,12 +181,14 @@ class Glide:
         After a change of speed its velocity integrator (MPC_XY_VEL_I_ACC) takes more than four seconds to settle, during which the
         vehicle hangs up to 0.2 m beside the setpoint: longer than the last metres last.
         """
-        if self._pad is not None and self._pad[2] - self._place[2] > self._settings.vertical_below_m:
-            self._trim = (0.0, 0.0)
-            return
-        gain = self._settings.trim_gain_per_s * step_s
-        north = self._trim[0] + gain * (self._place[0] - vehicle[0])
-        east = self._trim[1] + gain * (self._place[1] - vehicle[1])
+        on_line = self._pad is not None and self._pad[2] - self._place[2] > self._settings.vertical_below_m
+        gain = self._settings.trim_gain_per_s
+        north, east = self._trim
+        rate_n = -north if on_line else gain * (self._place[0] - vehicle[0])
+        rate_e = -east if on_line else gain * (self._place[1] - vehicle[1])
+        slowed = min(1.0, MAX_TRIM_MPS / max(math.hypot(rate_n, rate_e), 1e-9))
+        north += rate_n * slowed * step_s
+        east += rate_e * slowed * step_s
         shrink = min(1.0, MAX_TRIM_M / max(math.hypot(north, east), 1e-9))
         self._trim = (north * shrink, east * shrink)
 

@@ -93,8 +93,8 @@ class Mission:
             self._hands.take_outcome(outcome)
         situation = self.look(now_ns)
         self._looked = self._looked or situation.first_look
-        if self.phase is Phase.ACQUIRE:
-            self._recovering = situation.recovering
+        if self.phase is Phase.ACQUIRE and status.mode is FlightMode.HOLD and not situation.failsafe_active:
+            self._recovering = False
         step = first_transition(situation)
         self._asked = None
         if step is not None:
@@ -179,7 +179,7 @@ class Mission:
         if request.verb is Verb.LAND:
             self.gate.forget()
             self._holds = 0
-            self._recovering = situation.failsafe_active and may_recover(situation)
+            self._recovering = may_recover(situation)
         return f"{request.verb}: {request.reason}" if request.reason else str(request.verb)
 
     def _change(self, row: Transition, reason: str, situation: Situation) -> None:

@@ -158,19 +158,21 @@ def test_hold_stops_a_reposition_that_is_under_way() -> None:
     assert (flight.height_m, flight.beside_m) == pytest.approx((height_m, beside_m), abs=0.2)
 
 
-def test_a_restart_within_the_setpoint_timeout_makes_the_vehicle_hold_until_asked(flight: SimulatedFlight) -> None:
+@pytest.mark.parametrize("outage_s", [0.05, 0.3, 0.6, 0.9, 1.2])
+def test_a_restarted_commander_waits_to_be_asked_and_then_lands(flight: SimulatedFlight, outage_s: float) -> None:
+    """Around the autopilot's setpoint timeout of 1 s: it still flies OFFBOARD, or has just begun its failsafe."""
     flight.ask(Verb.LAND)
     flight.until(lambda: flight.height_m < 6.0)
     flight.kill_commander()
-    flight.run(0.2)
+    flight.run(outage_s)
     flight.start_commander()
     flight.run(1.5)
     assert flight.person.codes[-1] in ("hold:restarted_in_flight", "yielded:restarted_in_flight")
     sent = len(flight.scribe.setpoints)
-    flight.run(3.0)
+    flight.run(1.0)
     assert len(flight.scribe.setpoints) == sent
     flight.ask(Verb.LAND)
-    flight.until_phase(Phase.LANDED)
+    flight.until_phase(Phase.LANDED, 90.0)
     assert flight.beside_m < 0.15
 
 
