@@ -1,5 +1,6 @@
 """Nonsense on every topic during a whole flight changes nothing but the health counters."""
 
+import contextlib
 import json
 import random
 import threading
@@ -15,7 +16,7 @@ from alight.runtime.bus import configuration
 from schemas import topics
 from schemas.settings.bus import BusSettings
 from schemas.topics import Topic
-from schemas.wire import MAX_JSON_BYTES, encoding_of
+from schemas.wire import MAX_JSON_BYTES, RefusedError, decode, encoding_of
 from station.flight_record import read_flight
 from station.metrics.summary import summarise
 
@@ -51,13 +52,15 @@ def harass(endpoint: str, stop: threading.Event, sent: list[int]) -> None:
     with zenoh.open(configuration(BusSettings(connect=(endpoint,)))) as session:
         newest: dict[str, tuple[bytes, bytes | None]] = {}
 
-        def keep(name: str, sample: zenoh.Sample) -> None:
-            if str(sample.encoding).rsplit(".v", 1)[-1] == "1":
-                attachment = None if sample.attachment is None else sample.attachment.to_bytes()
-                newest.setdefault(name, (sample.payload.to_bytes(), attachment))
+        def keep(topic: Topic, sample: zenoh.Sample) -> None:
+            payload = sample.payload.to_bytes()
+            attachment = None if sample.attachment is None else sample.attachment.to_bytes()
+            with contextlib.suppress(RefusedError):  # our own nonsense comes back to us, too
+                decode(topic, payload, attachment, str(sample.encoding))
+                newest.setdefault(topic.name, (payload, attachment))
 
         held = [
-            session.declare_subscriber(topic.key("v1"), lambda sample, name=topic.name: keep(name, sample))
+            session.declare_subscriber(topic.key("v1"), lambda sample, topic=topic: keep(topic, sample))
             for topic in topics.TOPICS
         ]
         while not stop.is_set():
