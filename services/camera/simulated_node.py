@@ -10,6 +10,10 @@ from services.camera.node import CameraNode
 from services.camera.simulated_camera import SimulatedCamera
 
 
+MAX_LATE_NS = nanoseconds(0.1)
+"""A machine too slow to render every frame loses some, as a camera does; it must not fall ever farther behind."""
+
+
 class SimulatedCameraNode(CameraNode):
     """Takes the ground truth, which comes ahead of its time, and keeps each frame back until its light has hit the sensor."""
 
@@ -27,16 +31,24 @@ class SimulatedCameraNode(CameraNode):
         self._delay_ns = nanoseconds(settings.camera.simulated.delay_s)
         self._exposure_s = settings.camera.simulated.optics.exposure_s
         self._due_ns: int | None = None
+        self._skipped = 0
         self.subscribe(topics.GROUND_TRUTH, self._on_truth)
 
     def _on_truth(self, arrival: Arrival[GroundTruth]) -> Outputs:
         truth = arrival.message
         if not self._is_due(truth.at_ns):
             return []
+        if arrival.now_ns - truth.at_ns > MAX_LATE_NS:
+            self._skipped += 1
+            return []
         picture = self._camera.capture(truth)
         # The installation's latency is an error that nobody knows of: the stamp is later than the light.
         stamp_ns = truth.at_ns + self._latency_ns
         return [self._frame(picture, stamp_ns, "simulated", self._exposure_s, stamp_ns + self._delay_ns)]
+
+    def counters(self) -> dict[str, int]:
+        """How many frames there were, and how many were left out for want of time."""
+        return {**super().counters(), "frames_skipped": self._skipped}
 
     def _is_due(self, at_ns: int) -> bool:
         """Whether this truth makes a frame. After a gap the rhythm starts anew instead of catching up."""
