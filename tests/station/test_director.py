@@ -1,0 +1,179 @@
+"""The director: what it asks, when it asks again, and when it must not."""
+
+from collections.abc import Callable
+
+import pytest
+
+from alight.runtime.clock import NS_PER_S, nanoseconds
+from alight.runtime.node import Arrival, Publication
+from schemas import topics
+from schemas.detection import Detection
+from schemas.message import Message
+from schemas.mission import MissionReply, MissionRequest, MissionStatus, Phase, Verb
+from schemas.settings import Settings
+from schemas.topics import Topic
+from schemas.vehicle import FlightMode, LandedState, VehicleStatus
+from station.director import MAX_LANDING_REQUESTS, FlightDirector, FlightPlan
+
+START_NS = 1_000 * NS_PER_S
+
+
+class Stage:
+    """A director, and what it says to what it hears."""
+
+    def __init__(self, takeoff: bool = False) -> None:
+        plan = FlightPlan(takeoff_to_ned_m=(1.0, 2.0, -5.0) if takeoff else None)
+        self.director = FlightDirector(Settings(), plan)
+        self.now_ns = START_NS
+        self.asked: list[MissionRequest] = []
+        self.tick(0.0)
+
+    def tick(self, seconds: float) -> None:
+        for _ in range(max(1, round(seconds / 0.1))):
+            self.now_ns += nanoseconds(min(seconds, 0.1))
+            self.note(self.director.on_tick(self.now_ns))
+
+    def hear(self, topic: Topic, message: Message) -> None:
+        self.note(self.director.on_message(Arrival(topic, message, self.now_ns, self.now_ns)))
+
+    def note(self, outputs: object) -> None:
+        for output in outputs:  # type: ignore[attr-defined]
+            assert isinstance(output, Publication) and isinstance(output.message, MissionRequest)
+            self.asked.append(output.message)
+
+    def vehicle(self, landed: LandedState = LandedState.IN_AIR, **more: object) -> None:
+        status = {"connected": True, "landed_state": landed, "ready_to_arm": True, **more}
+        self.hear(topics.VEHICLE_STATUS, VehicleStatus.model_validate({"at_ns": self.now_ns, **status}))
+
+    def mission(self, phase: Phase, code: str = "code") -> None:
+        self.now_ns += 1
+        status = MissionStatus(
+            at_ns=self.now_ns, phase=phase, phase_since_ns=0, reason="why", code=code, guidance="glide"
+        )
+        self.hear(topics.MISSION_STATUS, status)
+
+    def detection(self) -> None:
+        self.hear(topics.DETECTION, Detection(captured_at_ns=self.now_ns, frame_sequence=0, detector="x"))
+
+    def reply(self, accepted: bool = True) -> None:
+        request_id = self.asked[-1].request_id
+        self.hear(topics.REPLY, MissionReply(at_ns=self.now_ns, request_id=request_id, accepted=accepted, reason="why"))
+
+    def all_there(self, landed: LandedState = LandedState.IN_AIR) -> None:
+        self.vehicle(landed)
+        self.mission(Phase.IDLE)
+        self.detection()
+        self.tick(0.1)
+
+    @property
+    def verbs(self) -> list[Verb]:
+        return [request.verb for request in self.asked]
+
+
+def test_what_is_in_the_air_is_landed_without_more_ado() -> None:
+    stage = Stage()
+    stage.all_there()
+    assert stage.verbs == [Verb.LAND]
+    stage.reply()
+    stage.mission(Phase.ACQUIRE)
+    stage.mission(Phase.LANDED)
+    assert stage.director.over and stage.director.failure is None
+
+
+def test_it_takes_off_only_if_the_plan_says_so() -> None:
+    grounded = Stage(takeoff=False)
+    grounded.all_there(LandedState.ON_GROUND)
+    assert grounded.verbs == [] and "--takeoff" in str(grounded.director.failure)
+
+    stage = Stage(takeoff=True)
+    stage.all_there(LandedState.ON_GROUND)
+    stage.reply()
+    stage.mission(Phase.TAKEOFF)
+    stage.mission(Phase.TRANSIT)
+    assert stage.verbs == [Verb.TAKEOFF]
+    stage.mission(Phase.HOLD, "at_start")
+    assert stage.verbs == [Verb.TAKEOFF, Verb.LAND]
+
+
+def test_an_unanswered_request_is_repeated_under_the_same_id() -> None:
+    stage = Stage()
+    stage.all_there()
+    stage.tick(2.5)
+    assert len(stage.asked) >= 3
+    assert len({request.request_id for request in stage.asked}) == 1
+
+
+@pytest.mark.parametrize(
+    ("missing", "complaint"),
+    [("mission", "no commander"), ("vehicle", "no vehicle"), ("detection", "no detections")],
+)
+def test_what_does_not_come_is_named(missing: str, complaint: str) -> None:
+    stage = Stage()
+    present: dict[str, Callable[[], None]] = {
+        "mission": lambda: stage.mission(Phase.IDLE),
+        "vehicle": stage.vehicle,
+        "detection": stage.detection,
+    }
+    for name, hear in present.items():
+        if name != missing:
+            hear()
+    stage.tick(31.0)
+    assert stage.asked == []
+    assert complaint in str(stage.director.failure)
+
+
+def test_a_refusal_too_early_is_asked_again_and_a_lasting_one_ends_the_flight() -> None:
+    stage = Stage()
+    stage.all_there()
+    stage.reply(accepted=False)
+    assert not stage.director.over
+    stage.tick(1.5)
+    assert stage.verbs == [Verb.LAND, Verb.LAND]
+    stage.tick(30.0)
+    stage.reply(accepted=False)
+    assert "refused" in str(stage.director.failure)
+
+
+@pytest.mark.parametrize("phase", [Phase.YIELDED, Phase.ABORTED, Phase.FAILED])
+def test_what_ends_a_landing_ends_the_flight_and_nothing_more_is_asked(phase: Phase) -> None:
+    stage = Stage()
+    stage.all_there()
+    stage.reply()
+    stage.mission(Phase.DESCEND)
+    stage.mission(phase, "pilot_took_over")
+    stage.tick(5.0)
+    assert stage.verbs == [Verb.LAND]
+    assert stage.director.failure is not None
+
+
+def test_a_restarted_commander_is_asked_again_while_nobody_else_flies() -> None:
+    stage = Stage()
+    stage.all_there()
+    stage.reply()
+    stage.mission(Phase.DESCEND)
+    stage.vehicle(mode=FlightMode.RETURN, intended_mode=FlightMode.OFFBOARD)
+    stage.mission(Phase.YIELDED, "restarted_in_flight")
+    assert stage.verbs == [Verb.LAND, Verb.LAND]
+
+
+def test_a_restarted_commander_is_not_sent_against_a_pilot() -> None:
+    stage = Stage()
+    stage.all_there()
+    stage.reply()
+    stage.mission(Phase.DESCEND)
+    stage.vehicle(mode=FlightMode.POSITION, intended_mode=FlightMode.POSITION)
+    stage.mission(Phase.YIELDED, "restarted_in_flight")
+    assert stage.verbs == [Verb.LAND]
+    assert stage.director.over
+
+
+def test_a_commander_that_keeps_restarting_is_given_up() -> None:
+    stage = Stage()
+    stage.all_there()
+    stage.reply()
+    for _ in range(MAX_LANDING_REQUESTS):
+        stage.mission(Phase.HOLD, "restarted_in_flight")
+        if not stage.director.over:
+            stage.reply()
+    assert len(stage.asked) == MAX_LANDING_REQUESTS
+    assert "restarted" in str(stage.director.failure)
