@@ -53,7 +53,7 @@ class Optics(Section):
     """What the simulated lens and sensor do to the light."""
 
     lens_blur_px: float = Field(default=0.6, ge=0.0, le=10.0)
-    """Standard deviation of the lens's blur beyond the area of a pixel, pixels."""
+    """Standard deviation of the lens's blur beyond the area of a pixel, pixels. The pad is never drawn sharper than 0.35."""
     exposure_s: float = Field(default=0.004, ge=0.0, le=0.1)
     """Exposure time, seconds; what moves meanwhile is smeared."""
     noise_level: float = Field(default=3.0, ge=0.0, le=60.0)

@@ -10,8 +10,8 @@ from alight.markers.family import marker_cells
 
 Texture = NDArray[np.uint8]
 
-BLUR_TEXELS = 0.5
-"""Standard deviation of the blur that every texture has, texels: samples half a pixel apart would let edges flicker without it."""
+BLUR_TEXELS = 1.0
+"""Standard deviation of the blur that every texture has, texels: what is sampled once a pixel must hold no finer detail than that."""
 
 _MARGIN_TEXELS = 4
 _STEPS_PER_OCTAVE = 4
@@ -62,12 +62,19 @@ class PadPrint:
         return texture, self.board_m / (texture.shape[0] - 2 * _MARGIN_TEXELS)
 
     def _averaged(self, side_texels: int) -> Texture:
+        """Area means, then the blur; both act on rows and columns apart, so they are done on the rows' shares alone."""
         bounds = np.linspace(0.0, self.board_m, side_texels + 1)
         upper = np.minimum(bounds[1:, None], self._edges_m[None, 1:])
         lower = np.maximum(bounds[:-1, None], self._edges_m[None, :-1])
         share = np.clip(upper - lower, 0.0, None) * (side_texels / self.board_m)
-        levels = np.clip(share @ self._shades @ share.T, 0.0, 255.0)
-        both = np.stack((levels, np.full_like(levels, 255.0)), axis=-1).astype(np.float32)
-        around = np.pad(both, ((_MARGIN_TEXELS, _MARGIN_TEXELS), (_MARGIN_TEXELS, _MARGIN_TEXELS), (0, 0)))
-        soft = cv2.GaussianBlur(around, (0, 0), BLUR_TEXELS, borderType=cv2.BORDER_CONSTANT)
-        return np.asarray(np.rint(soft), np.uint8)
+        share = np.pad(share, ((_MARGIN_TEXELS, _MARGIN_TEXELS), (0, 0)))
+        soft = np.asarray(cv2.GaussianBlur(share, (1, 9), BLUR_TEXELS, borderType=cv2.BORDER_CONSTANT), np.float32)
+        levels = (soft @ self._shades.astype(np.float32)) @ soft.T
+        cover = soft.sum(axis=1)
+        # Shades and shares are never negative: half a level more makes cutting off round.
+        return np.asarray(cv2.merge([_cut(levels), _cut(np.outer(255.0 * cover, cover))]), np.uint8)
+
+
+def _cut(levels: NDArray[np.float32]) -> Texture:
+    levels += np.float32(0.5)
+    return np.minimum(levels, np.float32(255.0), out=levels).astype(np.uint8)

@@ -31,16 +31,14 @@ class RayGrid:
         """(rows + 2, columns + 2, 3): x/z, y/z, 1."""
 
 
-def enlarged(nodes: Grid, times: int = 1) -> Grid:
-    """Values on nodes, interpolated to pixels or parts of pixels; the outermost nodes are used up.
+def enlarged(nodes: Grid) -> Grid:
+    """Values on nodes, interpolated to pixels; the outermost nodes are used up.
 
     Args:
         nodes: (rows + 2, columns + 2) or (rows + 2, columns + 2, n).
-        times: Samples a pixel on each axis, evenly spread over it.
 
     Returns:
-        (rows * STEP_PX * times, columns * STEP_PX * times) or the same with n.
+        (rows * STEP_PX, columns * STEP_PX) or the same with n.
     """
-    factor = STEP_PX * times
-    large = cv2.resize(nodes, None, fx=factor, fy=factor, interpolation=cv2.INTER_LINEAR)
-    return np.asarray(large[factor:-factor, factor:-factor], np.float32)
+    large = cv2.resize(nodes, None, fx=STEP_PX, fy=STEP_PX, interpolation=cv2.INTER_LINEAR)
+    return np.asarray(large[STEP_PX:-STEP_PX, STEP_PX:-STEP_PX], np.float32)

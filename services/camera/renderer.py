@@ -10,6 +10,7 @@ from alight.geometry.camera import PinholeCamera
 from services.camera.ground import COARSE_TEXEL_M, Ground
 from services.camera.pad_print import BLUR_TEXELS, PadPrint
 from services.camera.ray_grid import STEP_PX, Grid, RayGrid, enlarged
+from services.camera.sensor import PIXEL_VARIANCE_PX2
 from services.camera.viewpoint import Viewpoint
 
 Picture = NDArray[np.uint8]
@@ -17,7 +18,9 @@ Picture = NDArray[np.uint8]
 _SKY_LEVEL = 190
 _LOWEST_SINE = 0.02
 _BOARD_POINTS_A_SIDE = 6
-_SMALL_BOARD_PX = 64.0
+_TEXELS_A_PIXEL = 2.5
+_TEXEL_VARIANCE = 0.25
+"""Variance of a texel's area (1/12) and of interpolating between texels (1/6), texels squared."""
 _BAND_ROWS = 8
 
 
@@ -87,20 +90,19 @@ class Renderer:
         """Draw the board over the ground; gives the blur that came with it."""
         box = self._board_box(viewpoint)
         if box is None:
-            return 1.0 / 12.0
+            return PIXEL_VARIANCE_PX2
         left, top, right, bottom, side_px = box
-        times = _samples_a_pixel(side_px)
-        texture, texel_m = self._pad.texture(self._pad.board_m / (side_px * times))
+        texture, texel_m = self._pad.texture(self._pad.board_m / (side_px * _TEXELS_A_PIXEL))
         centre = np.float32(texture.shape[0] / 2.0 - 0.5)
         nodes = (
             nodes_m[top : bottom + 2, left : right + 2] * np.array((1.0 / texel_m, -1.0 / texel_m), np.float32) + centre
         )
         place = picture[top * STEP_PX : bottom * STEP_PX, left * STEP_PX : right * STEP_PX]
         for first, last in _bands(bottom - top):
-            board = _sampled(texture, enlarged(nodes[first : last + 2], times), cv2.BORDER_CONSTANT)
-            _lay_over(place[first * STEP_PX : last * STEP_PX], board, times)
+            board = _sampled(texture, enlarged(nodes[first : last + 2]), cv2.BORDER_CONSTANT)
+            _lay_over(place[first * STEP_PX : last * STEP_PX], board)
         texel_px = texel_m * side_px / self._pad.board_m
-        return texel_px**2 * (BLUR_TEXELS**2 + 0.25) + (1.0 - 1.0 / times**2) / 12.0
+        return texel_px**2 * (BLUR_TEXELS**2 + _TEXEL_VARIANCE)
 
     def _board_box(self, viewpoint: Viewpoint) -> tuple[int, int, int, int, float] | None:
         """Blocks of the grid that the board covers (left, top, right, bottom) and its mean side in pixels; None if out of view."""
@@ -130,11 +132,8 @@ def _bands(rows: int) -> list[tuple[int, int]]:
     return [(first, min(first + _BAND_ROWS, rows)) for first in range(0, rows, _BAND_ROWS)]
 
 
-def _lay_over(behind: Picture, board: Picture, times: int) -> None:
-    """Put the board, `times` samples a pixel on each axis, over a part of the picture."""
-    if times > 1:
-        size = (board.shape[1] // times, board.shape[0] // times)
-        board = np.asarray(cv2.resize(board, size, interpolation=cv2.INTER_AREA), np.uint8)
+def _lay_over(behind: Picture, board: Picture) -> None:
+    """Put the board, brightness and cover, over a part of the picture."""
     ink, cover = cv2.split(board[: behind.shape[0], : behind.shape[1]])
     cv2.add(cv2.multiply(behind, cv2.bitwise_not(cover), scale=1.0 / 255.0), ink, dst=behind)
 
@@ -153,8 +152,3 @@ def _outline(half_m: float) -> NDArray[np.float64]:
     x = np.concatenate((along, along, edge, -edge))
     y = np.concatenate((edge, -edge, along, along))
     return np.column_stack((x, y, np.zeros_like(x)))
-
-
-def _samples_a_pixel(side_px: float) -> int:
-    """Samples on each axis: a small pad needs more of them, and can afford it."""
-    return 4 if side_px <= _SMALL_BOARD_PX else 2
