@@ -2,7 +2,10 @@
 
 import importlib
 import re
+from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
 from alight.runtime.node import Node
@@ -47,9 +50,11 @@ def test_no_node_of_the_mission_subscribes_to_the_ground_truth(service: str, set
     assert subscribes == (service == "camera"), "the camera's simulated source renders from it; nobody else may know it"
 
 
-def test_a_real_camera_does_not_subscribe_to_the_ground_truth(settings: Settings) -> None:
-    files = settings.camera.model_copy(update={"source": "files"})
-    node = importlib.import_module("services.camera.service").build(settings.model_copy(update={"camera": files}))
+def test_a_camera_that_is_not_simulated_does_not_subscribe_to_the_ground_truth(tmp_path: Path) -> None:
+    picture = tmp_path / "picture.png"
+    cv2.imwrite(str(picture), np.zeros((480, 640), np.uint8))
+    played = Settings.model_validate({"camera": {"source": "files", "files": {"paths": [str(picture)]}}})
+    node = importlib.import_module("services.camera.service").build(played)
     assert topics.GROUND_TRUTH not in node.subscriptions
 
 
