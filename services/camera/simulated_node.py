@@ -9,7 +9,6 @@ from schemas.truth import GroundTruth
 from services.camera.node import CameraNode
 from services.camera.simulated_camera import SimulatedCamera
 
-
 MAX_LATE_NS = nanoseconds(0.1)
 """A machine too slow to render every frame loses some, as a camera does; it must not fall ever farther behind."""
 

@@ -22,7 +22,11 @@ def test_the_papers_marker_has_a_black_border_of_one_cell_around_five_by_five() 
 
 @pytest.mark.parametrize(
     ("family", "number", "says"),
-    [("aprltag_36h11", 68, "did you mean apriltag_36h11"), ("5x5_1000", 1000, "0 to 999"), ("5x5_1000", -1, "0 to 999")],
+    [
+        ("aprltag_36h11", 68, "did you mean apriltag_36h11"),
+        ("5x5_1000", 1000, "0 to 999"),
+        ("5x5_1000", -1, "0 to 999"),
+    ],
 )
 def test_what_does_not_exist_is_refused_with_a_remedy(family: str, number: int, says: str) -> None:
     with pytest.raises(FamilyError, match=says):
