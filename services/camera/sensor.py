@@ -59,8 +59,9 @@ class Sensor:
 def blur_kernel(variance_px2: float) -> NDArray[np.float32]:
     """A Gaussian blur of a picture that is already sampled, (2 n + 1,), sum 1.
 
-    The sampled Gaussian, which is the usual kernel, blurs much too little where the standard deviation is below half a pixel. These taps are the
-    least-squares fit of the Gaussian's frequency response up to the Nyquist frequency, weighted as edges weight it (1 / frequency).
+    The sampled Gaussian, which is the usual kernel, blurs much too little where the standard deviation is below half a
+    pixel. These taps are the least-squares fit of the Gaussian's frequency response up to the Nyquist frequency, weighted
+    as edges weight it (1 / frequency).
     """
     reach = max(2, math.ceil(3.0 * math.sqrt(variance_px2)))
     frequency = (np.arange(256) + 0.5) / 512.0
