@@ -119,6 +119,13 @@ def test_blind_below_the_switching_height_it_goes_on_down(flight: SimulatedFligh
     assert flight.beside_m < 0.15
 
 
+def test_a_landing_may_begin_below_the_switching_height() -> None:
+    flight = SimulatedFlight(from_pad_m=(0.05, 0.0, -0.9))
+    flight.ask(Verb.LAND)
+    flight.until_phase(Phase.LANDED, 20.0)
+    assert flight.beside_m < 0.15
+
+
 def test_a_pilots_mode_change_ends_every_command_until_somebody_asks_again(flight: SimulatedFlight) -> None:
     flight.ask(Verb.LAND)
     flight.until(lambda: flight.height_m < 6.0)

@@ -183,6 +183,13 @@ def test_in_touchdown_lost_vision_and_an_old_state_do_not_stop_it() -> None:
     assert taken(situation(Phase.TOUCHDOWN, estimate_age_s=9.0, state_age_s=0.9)) is None
 
 
+def test_the_touchdown_waits_for_the_pads_centre_and_for_offboard() -> None:
+    low = {"height_above_pad_m": 0.9}
+    assert taken(situation(Phase.DESCEND, distance_to_pad_m=0.1, **low)) == (Phase.TOUCHDOWN, "low_over_pad")
+    assert taken(situation(Phase.DESCEND, distance_to_pad_m=0.3, **low)) is None
+    assert taken(situation(Phase.DESCEND, distance_to_pad_m=0.1, status={"mode": FlightMode.HOLD}, **low)) is None
+
+
 def test_own_late_setpoints_are_told_from_another_failsafe() -> None:
     lost = {"mode_taken": True, "status": {"mode": FlightMode.RETURN, "intended_mode": FlightMode.OFFBOARD}}
     assert taken(situation(Phase.DESCEND, setpoint_gap_s=1.2, **lost)) == (Phase.YIELDED, "own_setpoints_late")
