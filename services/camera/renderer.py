@@ -22,6 +22,8 @@ _TEXELS_A_PIXEL = 2.5
 _TEXEL_VARIANCE = 0.25
 """Variance of a texel's area (1/12) and of interpolating between texels (1/6), texels squared."""
 _BAND_ROWS = 8
+_SAFE_PART = 0.98
+"""The board's very edge is soft."""
 
 
 @dataclass(frozen=True)
@@ -63,11 +65,18 @@ class Renderer:
     def render(self, viewpoint: Viewpoint) -> Scene:
         """Draw from one viewpoint, at one instant."""
         nodes_m, down = self.ground_nodes(viewpoint)
-        picture = self._draw_ground(nodes_m, viewpoint.position_marker_m[2])
+        if self._board_fills(nodes_m):
+            picture = np.zeros((self._camera.height_px, self._camera.width_px), np.uint8)
+        else:
+            picture = self._draw_ground(nodes_m, viewpoint.position_marker_m[2])
         blur_px2 = self._draw_pad(picture, viewpoint, nodes_m)
         if float(down.min()) <= _LOWEST_SINE:
             self._draw_sky(picture, down)
         return Scene(picture, blur_px2)
+
+    def _board_fills(self, nodes_m: Grid) -> bool:
+        """Whether nothing but the board is in view: the board is convex, so its being under all nodes is enough."""
+        return float(np.abs(nodes_m).max()) < _SAFE_PART * self._pad.board_m / 2.0
 
     def _draw_ground(self, nodes_m: Grid, height_m: float) -> Picture:
         fine, texel_m, period = self._ground.fine(height_m / self._camera.fx_px)

@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping
 
+import cv2
+
 from alight.runtime.node import Node
 from alight.runtime.port import Port
 from schemas.settings import Settings
@@ -17,6 +19,7 @@ def build(settings: Settings) -> Node:
     Raises:
         ValueError: In one line, if calibration, files or the pad's marker cannot be had.
     """
+    cv2.setNumThreads(1)  # one core: more would take it from the services beside, and sums would depend on their number
     camera = settings.camera
     calibration = configured_calibration(camera)
     if camera.source == "simulated":

@@ -24,6 +24,8 @@ Picture = NDArray[np.uint8]
 
 _NO_SMEAR_PX = 0.5
 """Less smear than this widens the blur of the default lens by less than 3 %."""
+_SMEAR_AN_EXPOSURE_PX = 1.5
+"""Points this far apart make one line when the default lens has blurred them."""
 _MOST_EXPOSURES = 4
 
 
@@ -95,7 +97,7 @@ def exposure_instants_s(truth: GroundTruth, mount: Matrix, focal_px: float, expo
     smear_px = focal_px * float(np.mean(np.hypot(moved[:, 0], moved[:, 1])))
     if not smear_px > _NO_SMEAR_PX:
         return [0.0]
-    count = min(1 + math.ceil(smear_px), _MOST_EXPOSURES)
+    count = min(1 + math.ceil(smear_px / _SMEAR_AN_EXPOSURE_PX), _MOST_EXPOSURES)
     return [exposure_s * ((index + 0.5) / count - 0.5) for index in range(count)]
 
 

@@ -19,6 +19,7 @@ from services.commander.stream_requests import StreamRequests
 from services.commander.vehicle_assembly import NS_PER_MS, VehicleAssembly
 
 HEARTBEAT_PERIOD_NS = nanoseconds(1.0)
+MAX_HEARTBEAT_GAP_NS = 5 * HEARTBEAT_PERIOD_NS
 TIMESYNC_PERIOD_NS = nanoseconds(0.1)
 AUTOPILOT_COMPONENT = mavlink.MAV_COMP_ID_AUTOPILOT1
 REBOOT_MS = 1000
@@ -149,10 +150,14 @@ class AutopilotLink:
         return outcomes
 
     def connected(self, now_ns: int) -> bool:
-        """Whether a heartbeat came within the timeout."""
-        return (
-            self._heard and now_ns - self._heartbeat_ns <= nanoseconds(self._settings.timeout_s) + HEARTBEAT_PERIOD_NS
-        )
+        """Whether anything came within the timeout, and a heartbeat not too long ago: it alone says whether the vehicle is armed.
+
+        A link that loses packets, or a simulation that runs slowly, may miss a heartbeat or two while all else flows.
+        """
+        if not self._heard:
+            return False
+        silent = now_ns - self._heard_ns > nanoseconds(self._settings.timeout_s)
+        return not silent and now_ns - self._heartbeat_ns <= MAX_HEARTBEAT_GAP_NS
 
     def silence_s(self, now_ns: int) -> float | None:
         """Since anything came from the autopilot, seconds; None if nothing ever did."""

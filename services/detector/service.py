@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping
 
+import cv2
+
 from alight.runtime.node import Node
 from alight.runtime.port import Port
 from schemas.settings import Settings
@@ -15,6 +17,7 @@ def build(settings: Settings) -> Node:
     Raises:
         ValueError: In one line, if detector or marker family do not exist.
     """
+    cv2.setNumThreads(1)  # one core: more would take it from the services beside, and sums would depend on their number
     return DetectorNode(settings, detector_from(settings))
 
 

@@ -13,7 +13,8 @@ START_NS = 1_800_000_000 * NS_PER_S
 PERIOD_NS = NS_PER_S // 30
 PAD = GlobalPosition(latitude_deg=47.397742, longitude_deg=8.545594, altitude_amsl_m=489.4, ellipsoidal_height_m=489.4)
 STILL = (0.0, 0.0, 0.0)
-SWAY_M = 0.3
+SWAY_PART = 0.1
+"""Sideways, as a part of the height."""
 SWAY_RAD = math.radians(2.0)
 
 
@@ -29,7 +30,8 @@ class Hover:
 
     def truth(self, number: int) -> GroundTruth:
         """Where everything is at a frame."""
-        north_m, east_m = SWAY_M * math.sin(0.1 * number), SWAY_M * math.cos(0.07 * number)
+        sway_m = SWAY_PART * self._height_m
+        north_m, east_m = sway_m * math.sin(0.1 * number), sway_m * math.cos(0.07 * number)
         from_pad_m = (north_m, east_m, -self._height_m)
         return GroundTruth(
             at_ns=self.time_ns(number),
