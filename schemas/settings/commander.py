@@ -120,8 +120,8 @@ class CommanderSettings(Section):
     """How `glide` covers the last metre: by its own setpoints, or by the autopilot's landing mode, which drifts with the wind."""
     align_yaw: bool = True
     """Turn the nose to the pad's azimuth (Eq. 16)."""
-    stale_after_s: float = Field(default=1.0, gt=0.1, le=30.0)
-    """`glide` holds when the newest estimate is older than this, seconds. It descends ever slower from 0.4 of it on."""
+    stale_after_s: float = Field(default=2.5, gt=0.1, le=30.0)
+    """`glide` holds when the newest estimate is older than this, seconds. From 0.4 of it on it descends ever slower."""
     reposition_stale_after_s: float = Field(default=3.0, gt=0.1, le=30.0)
     """`reposition` holds when the newest estimate is older than this, seconds."""
     state_stale_after_s: float = Field(default=0.5, gt=0.05, le=5.0)

@@ -125,8 +125,9 @@ class Installation(Section):
 class Vehicle(Section):
     """The quadrotor: 1 kg, four rotors of 5 N in an X of 0.4 m, as in PX4's simulation in hardware."""
 
-    drag_n_per_mps: float = Field(default=1.0, ge=0.0, le=5.0)
-    """Linear drag, newtons for each m/s of air speed. 1.0 is PX4's simulation (it leans 17 degrees into 3 m/s); a real vehicle has 0.2 to 0.4."""
+    drag_n_per_mps: float = Field(default=0.3, ge=0.0, le=5.0)
+    """Linear drag, newtons for each m/s of air speed; a real vehicle of this size has 0.2 to 0.4. 1.0 is PX4's simulation, which leans 17
+    degrees into 3 m/s."""
     gear_height_m: float = Field(default=0.2, ge=0.0, le=2.0)
     """Height of the body's origin above the ground when it stands, metres."""
 

@@ -117,7 +117,8 @@ class Glide:
 
         Args:
             vehicle: Where the vehicle is and how fast.
-            freshness: 1 for a fresh estimate down to 0 for one at the staleness limit; scales the descent.
+            freshness: 1 for a fresh estimate down to 0 for one at the staleness limit; scales the vertical speed. Sideways it goes on:
+                the pad stays where it was seen last, and the nearer, the better it comes into view again.
             flown: Whether the autopilot flies these setpoints already; until then the setpoint stays where it is.
             now_ns: The time, UTC ns.
         """
@@ -212,13 +213,13 @@ class Glide:
         return (*self._towards_axis(north, east, FINAL_MPS), down_mps)
 
     def _along_the_line(self, north: float, east: float, height_m: float, freshness: float) -> Vector3:
-        """Towards the end of the line, so that horizontal and vertical distance become nothing together."""
+        """Towards the end of the line, so that horizontal and vertical distance become nothing together while the estimate is fresh."""
         down_m = height_m - self._settings.vertical_below_m
-        down_mps = descent_speed_mps(self._settings, height_m) * freshness
+        down_mps = descent_speed_mps(self._settings, height_m)
         slope = math.hypot(north, east) / down_m
         if slope * down_mps > self._settings.max_horizontal_mps:
             down_mps = self._settings.max_horizontal_mps / slope
-        return (*self._towards_axis(north, east, slope * down_mps), down_mps)
+        return (*self._towards_axis(north, east, slope * down_mps), down_mps * freshness)
 
     def _towards_axis(self, north: float, east: float, fastest_mps: float) -> tuple[float, float]:
         distance_m = math.hypot(north, east)
