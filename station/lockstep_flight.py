@@ -33,6 +33,7 @@ def fly_lockstep(
     settings: Settings, plan: FlightPlan, on_progress: Callable[[FlightDirector], None] = lambda _: None
 ) -> LockstepOutcome:
     """Fly once; the recording is in `settings.recorder.directory` afterwards."""
+    settings = _at_lockstep_rate(settings)
     director = FlightDirector(settings, plan)
     nodes = {name: _build(name, settings) for name in SERVICES}
     lockstep = Lockstep([*nodes.values(), director], settings)
@@ -45,6 +46,11 @@ def fly_lockstep(
     flown_s = seconds(lockstep.clock.now_ns() - began_ns)
     lockstep.close()
     return LockstepOutcome(director.failure, flown_s, time.perf_counter() - began_s)
+
+
+def _at_lockstep_rate(settings: Settings) -> Settings:
+    rate_hz = min(settings.camera.rate_hz, settings.lockstep.camera_rate_hz)
+    return settings.model_copy(update={"camera": settings.camera.model_copy(update={"rate_hz": rate_hz})})
 
 
 def _build(name: str, settings: Settings) -> Node:

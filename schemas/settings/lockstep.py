@@ -21,3 +21,5 @@ class LockstepSettings(Section):
         }
     )
     """From arrival to publication, seconds, by service; absent means none. The camera's rendering must fit in `simulator.lead_s`."""
+    camera_rate_hz: float = Field(default=15.0, gt=0.0, le=240.0)
+    """Frames a second at most: a lockstep flight spends its time on drawing and detecting, so half of the live rate flies twice as fast."""

@@ -14,7 +14,7 @@ from station.lockstep_flight import fly_lockstep
 from station.metrics.summary import summarise
 
 SEEDS = range(20)
-WIND = ("simulator.wind.north_mps=0.0", "simulator.wind.east_mps=3.0", "simulator.wind.gust_mps=1.0")
+WIND = ("simulator.wind.north_mps=0.0", "simulator.wind.east_mps=3.0", "simulator.wind.gust_mps=0.5")
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ def bench_lockstep() -> None:
         )
         for flight in flights
     ]
-    title = "Lockstep flights from NED (10, 10, -20) m, preset `paper`, glide, wind 3 m/s with gusts of 1 m/s"
+    title = "Lockstep flights from NED (10, 10, -20) m, preset `paper`, glide, wind 3 m/s with gusts of 0.5 m/s"
     print_table(title, ("seed", "outcome", "true error, cm", "landing, s", "times real time"), rows)
     errors_cm = [100 * flight.error_m for flight in flights if flight.error_m is not None]
     landed = sum(flight.failure is None for flight in flights)

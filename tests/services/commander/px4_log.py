@@ -31,6 +31,10 @@ class Frame:
     def source(self) -> tuple[int, int]:
         return (self.data[5], self.data[6]) if self.data[0] == 0xFD else (self.data[3], self.data[4])
 
+    @property
+    def message_id(self) -> int:
+        return int.from_bytes(self.data[7:10], "little") if self.data[0] == 0xFD else self.data[5]
+
 
 def frames(log: Path) -> Iterator[Frame]:
     """Every frame: 8 bytes of time (microseconds, big endian), then the frame."""

@@ -165,7 +165,7 @@ def test_hold_stops_a_reposition_that_is_under_way() -> None:
     assert (flight.height_m, flight.beside_m) == pytest.approx((height_m, beside_m), abs=0.2)
 
 
-@pytest.mark.parametrize("outage_s", [0.05, 0.3, 0.6, 0.9, 1.2])
+@pytest.mark.parametrize("outage_s", [0.05, 0.9])
 def test_a_restarted_commander_waits_to_be_asked_and_then_lands(flight: SimulatedFlight, outage_s: float) -> None:
     """Around the autopilot's setpoint timeout of 1 s: it still flies OFFBOARD, or has just begun its failsafe."""
     flight.ask(Verb.LAND)
