@@ -85,7 +85,7 @@ def test_without_estimates_it_holds_and_goes_on_when_they_are_back(flight: Simul
     flight.ask(Verb.LAND)
     flight.until(lambda: flight.height_m < 6.0)
     flight.pad.blind = True
-    flight.until_phase(Phase.HOLD, 1.6)
+    flight.until_phase(Phase.HOLD, flight.settings.commander.stale_after_s + 0.6)
     assert flight.person.codes[-1] == "hold:estimate_stale"
     flight.run(3.0)
     height_m = flight.height_m

@@ -17,6 +17,7 @@ from services.commander.transitions import ACTIVE, STEERING, TABLE, first_transi
 
 NOW = 1_767_225_600_000_000_000
 HERE = GlobalPosition(latitude_deg=47.0, longitude_deg=8.0, altitude_amsl_m=500.0, ellipsoidal_height_m=547.0)
+STALE_S = CommanderSettings().stale_after_s
 MODE_IN = {
     Phase.TAKEOFF: FlightMode.TAKEOFF,
     Phase.DESCEND: FlightMode.OFFBOARD,
@@ -124,12 +125,12 @@ BAD_INPUT: list[tuple[str, frozenset[Phase], dict[str, object], dict[Phase, tupl
         dict.fromkeys(ACTIVE, (Phase.FAILED, "disarmed_in_flight"))
         | {Phase.TAKEOFF: (Phase.FAILED, "disarmed_before_takeoff")},
     ),
-    ("the estimate is old", frozenset({Phase.DESCEND}), {"estimate_age_s": 1.1}, {Phase.DESCEND: (Phase.HOLD, "estimate_stale")}),
+    ("the estimate is old", frozenset({Phase.DESCEND}), {"estimate_age_s": STALE_S + 0.1}, {Phase.DESCEND: (Phase.HOLD, "estimate_stale")}),
     ("there is no estimate", frozenset({Phase.DESCEND}), {"estimate_age_s": None}, {Phase.DESCEND: (Phase.HOLD, "estimate_stale")}),
     (
         "the estimate was lost too often",
         frozenset({Phase.DESCEND}),
-        {"estimate_age_s": 1.1, "holds": 10},
+        {"estimate_age_s": STALE_S + 0.1, "holds": 10},
         {Phase.DESCEND: (Phase.ABORTED, "too_many_holds")},
     ),
     (
@@ -158,7 +159,7 @@ BAD_INPUT: list[tuple[str, frozenset[Phase], dict[str, object], dict[Phase, tupl
             Phase.DESCEND: (Phase.HOLD, "command_refused"),
         },
     ),
-    ("it takes too long", ACTIVE, {"phase_age_s": 1000.0, "landing": True, "estimate_age_s": 0.9, "mode_overdue_s": None}, {
+    ("it takes too long", ACTIVE, {"phase_age_s": 1000.0, "landing": True, "estimate_age_s": 0.9 * STALE_S, "mode_overdue_s": None}, {
         Phase.TAKEOFF: (Phase.FAILED, "takeoff_overdue"),
         Phase.TRANSIT: (Phase.HOLD, "transit_overdue"),
         Phase.ACQUIRE: (Phase.ABORTED, "pad_not_found"),
