@@ -90,7 +90,7 @@ class Bus:
         self._session.close()  # type: ignore[no-untyped-call]
 
     def _declare_publisher(self, topic: Topic[Any], key: str, encoding: str) -> Any:
-        common: dict[str, Any] = {"encoding": zenoh.Encoding(encoding), "express": True}
+        common: dict[str, Any] = {"encoding": zenoh.Encoding(encoding)}
         if topic.delivery is Delivery.STREAM:
             control = zenoh.CongestionControl.DROP
             return self._session.declare_publisher(key, congestion_control=control, **common)

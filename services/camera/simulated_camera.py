@@ -26,7 +26,7 @@ _NO_SMEAR_PX = 0.5
 """Less smear than this widens the blur of the default lens by less than 3 %."""
 _SMEAR_AN_EXPOSURE_PX = 1.5
 """Points this far apart make one line when the default lens has blurred them."""
-_MOST_EXPOSURES = 4
+_MOST_EXPOSURES = 3
 
 
 class SimulatedCamera:
