@@ -50,7 +50,12 @@ def fly_lockstep(
 
 def _at_lockstep_rate(settings: Settings) -> Settings:
     rate_hz = min(settings.camera.rate_hz, settings.lockstep.camera_rate_hz)
-    return settings.model_copy(update={"camera": settings.camera.model_copy(update={"rate_hz": rate_hz})})
+    recorded_hz = settings.recorder.frame_rate_hz or settings.lockstep.picture_rate_hz
+    update = {
+        "camera": settings.camera.model_copy(update={"rate_hz": rate_hz}),
+        "recorder": settings.recorder.model_copy(update={"frame_rate_hz": recorded_hz}),
+    }
+    return settings.model_copy(update=update)
 
 
 def _build(name: str, settings: Settings) -> Node:

@@ -1,16 +1,11 @@
 """All nodes in one process on a virtual clock: as fast as the machine can, repeatable to the bit.
 
 Events (ticks, deliveries, bytes on a pipe, health reports) stand in one queue ordered by virtual time and, at equal
-times, by the order in which they were made.
-
-A service that takes long in virtual time (`lockstep.processing_s`) handles its messages on a worker thread, while virtual
-time moves on to the moment when its outputs are due; there the executor waits for them. Each such node has one worker, and
-nothing else touches the node meanwhile, so the result does not depend on how quick the threads are: only the flight is.
+times, by the order in which they were made. Nothing depends on the wall clock or on threads.
 """
 
 import heapq
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, wait
 from functools import partial
 from typing import Any
 
@@ -26,9 +21,6 @@ from schemas.settings import Settings
 from schemas.topics import Topic
 
 Event = Callable[[], None]
-
-WORKER_FROM_S = 0.002
-"""A service whose virtual processing takes at least this long gets a worker."""
 
 
 class Lockstep:
@@ -50,11 +42,6 @@ class Lockstep:
         self.hosts = [NodeHost(node, settings.bus, self.clock, pid=0, strict=True) for node in nodes]
         self._readers: dict[str, list[NodeHost]] = {
             topic.name: [host for host in self.hosts if topic in host.node.subscriptions] for topic in topics.TOPICS
-        }
-        self._workers = {
-            host.node.service: _Worker()
-            for host in self.hosts
-            if settings.lockstep.processing_s.get(host.node.service, 0.0) >= WORKER_FROM_S
         }
         for host in self.hosts:
             self._start(host)
@@ -82,20 +69,10 @@ class Lockstep:
     def close(self) -> None:
         """Let every node say its last words and let go."""
         for host in self.hosts:
-            self._settle(host)
             self._carry(host, host.stop(self.clock.now_ns()), None)
         self.run(self.clock.now_ns() + nanoseconds(self._settings.lockstep.hop_s) * 4)
         for host in self.hosts:
-            self._settle(host)
             host.node.close()
-        for worker in self._workers.values():
-            worker.close()
-
-    def _settle(self, host: NodeHost) -> None:
-        """Wait until the node's worker is idle: from here on the node may be touched."""
-        worker = self._workers.get(host.node.service)
-        if worker is not None:
-            worker.settle()
 
     def _host_of(self, node: Node) -> NodeHost:
         return next(host for host in self.hosts if host.node is node)
@@ -112,21 +89,18 @@ class Lockstep:
 
     def _tick(self, host: NodeHost) -> None:
         now_ns = self.clock.now_ns()
-        self._settle(host)
         self._carry(host, host.tick(now_ns), None)
         assert host.node.tick_period_ns is not None
         self._at(now_ns + host.node.tick_period_ns, partial(self._tick, host))
 
     def _report(self, host: NodeHost) -> None:
         now_ns = self.clock.now_ns()
-        self._settle(host)
         self._carry(host, [Publication(topics.HEALTH, host.health.report(now_ns))], None)
         self._at(now_ns + nanoseconds(self._settings.bus.health_period_s), partial(self._report, host))
 
-    def _carry(
-        self, host: NodeHost, outputs: Sequence[Output], cause: Arrival[Any] | None, delay_s: float = 0.0
-    ) -> None:
-        ready_ns = self.clock.now_ns() + nanoseconds(delay_s)
+    def _carry(self, host: NodeHost, outputs: Sequence[Output], cause: Arrival[Any] | None) -> None:
+        processing_s = self._settings.lockstep.processing_s.get(host.node.service, 0.0) if cause else 0.0
+        ready_ns = self.clock.now_ns() + nanoseconds(processing_s)
         for output in outputs:
             leaves_ns = max(ready_ns, output.release_at_ns or 0)
             if isinstance(output, Publication):
@@ -142,16 +116,8 @@ class Lockstep:
 
     def _deliver(self, reader: NodeHost, topic: Topic[Any], message: Message, pixels: NDArray[np.uint8] | None) -> None:
         arrival = reader.admit(topic, message, pixels, self.clock.now_ns())
-        if arrival is None:
-            return
-        delay_s = self._settings.lockstep.processing_s.get(reader.node.service, 0.0)
-        worker = self._workers.get(reader.node.service)
-        if worker is None:
-            self._carry(reader, reader.handle(arrival), arrival, delay_s)
-        else:
-            outputs = worker.start(partial(reader.handle, arrival))
-            due_ns = self.clock.now_ns() + nanoseconds(delay_s)
-            self._at(due_ns, lambda: self._carry(reader, outputs.result(), arrival))
+        if arrival is not None:
+            self._carry(reader, reader.handle(arrival), arrival)
 
     def _pipe(self, host: NodeHost, port: str, data: bytes, leaves_ns: int) -> None:
         end = self._pipes.get((host.node.service, port))
@@ -160,25 +126,3 @@ class Lockstep:
         other, other_port = end
         arrives_ns = leaves_ns + nanoseconds(self._settings.lockstep.hop_s)
         self._at(arrives_ns, lambda: self._carry(other, other.take_bytes(other_port, data, self.clock.now_ns()), None))
-
-
-class _Worker:
-    """One thread that handles one node's messages in order."""
-
-    def __init__(self) -> None:
-        self._pool = ThreadPoolExecutor(max_workers=1)
-        self._last: Future[list[Output]] | None = None
-
-    def start(self, handle: Callable[[], list[Output]]) -> "Future[list[Output]]":
-        """Handle a message as soon as those before it are handled."""
-        self._last = self._pool.submit(handle)
-        return self._last
-
-    def settle(self) -> None:
-        """Wait until all is handled; what a handler raised surfaces when its outputs are taken."""
-        if self._last is not None:
-            wait([self._last])
-
-    def close(self) -> None:
-        """End the thread."""
-        self._pool.shutdown()

@@ -12,14 +12,14 @@ class LockstepSettings(Section):
     """From publication to arrival, seconds."""
     processing_s: dict[str, float] = Field(
         default_factory=lambda: {
-            "camera": 0.02,
             "detector": 0.008,
             "geolocator": 0.0005,
             "filter": 0.0002,
             "commander": 0.0003,
-            "recorder": 0.02,
         }
     )
-    """From arrival to publication, seconds, by service; absent means none. The camera's rendering must fit in `simulator.lead_s`."""
-    camera_rate_hz: float = Field(default=15.0, gt=0.0, le=240.0)
-    """Frames a second at most: a lockstep flight spends its time on drawing and detecting, so half of the live rate flies twice as fast."""
+    """From arrival to publication, seconds, by service; absent means none."""
+    camera_rate_hz: float = Field(default=10.0, gt=0.0, le=240.0)
+    """Frames a second at most: a lockstep flight spends its time on drawing and detecting, so fewer of them fly faster."""
+    picture_rate_hz: float = Field(default=5.0, ge=0.0, le=240.0)
+    """Pictures a second that the recording keeps; 0 keeps all."""
