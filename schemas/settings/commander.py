@@ -70,9 +70,9 @@ class GlideSettings(Section):
     """How fast the setpoint's velocity may change, m/s^2: what a new estimate changes is flown smoothly."""
     approach_gain_per_s: float = Field(default=1.0, gt=0.0, le=5.0)
     """Near the pad's axis: horizontal speed of the setpoint by its distance to the axis, 1/s."""
-    stiffness_per_s: float = Field(default=1.5, ge=0.0, le=2.0)
+    stiffness_per_s: float = Field(default=2.0, ge=0.0, le=5.0)
     """Added to PX4's own gain from a horizontal error to a velocity (MPC_XY_P, 0.95), 1/s."""
-    damping: float = Field(default=1.0, ge=0.0, le=3.0)
+    damping: float = Field(default=1.4, ge=0.0, le=3.0)
     """Part of a horizontal error of the velocity that is added to the velocity asked for."""
     trim_gain_per_s: float = Field(default=0.1, ge=0.0, le=2.0)
     """Below the line's end: how fast the setpoint is shifted against the error that the autopilot leaves, 1/s."""
