@@ -12,12 +12,14 @@ from schemas.truth import GroundTruth
 LOITER, LAND, RTL, OFFBOARD = 0x03040000, 0x06040000, 0x05040000, 0x00060000
 ACCEPTED, TEMPORARILY_REJECTED = 0, 1
 STEP_M = 10.0 * math.sqrt(2.0)
+SIH_DRAG_N_PER_MPS = 1.0
+"""What PX4 was measured with; a real vehicle, and so the default, has less."""
 
 
 def at(pad_north_m: float, pad_east_m: float, height_m: float, **simulator) -> Settings:
     """A start in the air above the local origin, given from there."""
     airborne = {"north_m": pad_north_m - 5.0, "east_m": pad_east_m - 3.0, "down_m": -height_m}
-    return Settings(simulator={"airborne": airborne, **simulator})
+    return Settings(simulator={"airborne": airborne, "vehicle": {"drag_n_per_mps": SIH_DRAG_N_PER_MPS}, **simulator})
 
 
 def place(truth: GroundTruth) -> tuple[float, float, float]:
