@@ -37,6 +37,8 @@ class Asker(Node):
         self.mission: MissionStatus | None = None
         self.vehicle: VehicleStatus | None = None
         self.health: dict[str, Health] = {}
+        self.alive: set[str] = set()
+        """Services whose liveliness token is on the bus."""
         self._verb = verb
         self._reason = reason
         self._request_id = f"asked-{uuid.uuid4().hex}"
@@ -103,7 +105,7 @@ def run_status(arguments: argparse.Namespace) -> int:
     except (SettingsError, BusError) as error:
         sys.stderr.write(f"alight status: {error}\n")
         return 2
-    if not asker.health and asker.mission is None:
+    if not asker.alive and not asker.health and asker.mission is None:
         sys.stderr.write("alight status: nothing of Alight is on this bus: check bus.connect and the vehicle's name\n")
         return 1
     for line in status_lines(asker):
@@ -120,6 +122,8 @@ def status_lines(asker: Asker) -> Iterator[str]:
         words = "armed" if vehicle.armed else "disarmed"
         link = "connected" if vehicle.connected else "NOT CONNECTED"
         yield f"vehicle  {link}, {words}, {vehicle.mode}, {vehicle.landed_state}{', FAILSAFE' if vehicle.failsafe else ''}"
+    for service in sorted(asker.alive - set(asker.health)):
+        yield f"{service:<11}is there, but has not said how it is"
     for service, health in sorted(asker.health.items()):
         rates = ", ".join(f"{entry.topic} {entry.rate_hz:.0f} Hz" for entry in health.outputs)
         yield f"{service:<11}{'; '.join(health.complaints) or 'well'}{f'  ({rates})' if rates else ''}"
@@ -130,6 +134,7 @@ def _join(verb: Verb | None, arguments: argparse.Namespace, timeout_s: float, do
     settings: Settings = load_settings(arguments.settings, os.environ, arguments.set)
     asker = Asker(verb, arguments.reason)
     runner = LiveRunner(asker, settings, ports={}, bus=Bus(settings.vehicle, settings.bus))
+    runner.bus.watch_alive(lambda service, alive: _note(asker.alive, service, alive))
     thread = threading.Thread(target=runner.run, daemon=True)
     thread.start()
     deadline_s = time.monotonic() + timeout_s
@@ -138,3 +143,9 @@ def _join(verb: Verb | None, arguments: argparse.Namespace, timeout_s: float, do
     runner.stop()
     thread.join(timeout=2.0)
     return asker
+
+
+def _note(alive: set[str], service: str, present: bool) -> None:
+    """Called for each token that appears or vanishes; the station's own is of no interest."""
+    if service != Asker.service:
+        alive.add(service) if present else alive.discard(service)
