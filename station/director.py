@@ -28,6 +28,10 @@ RESTARTED = "restarted_in_flight"
 """The code of a commander that was restarted in the air and so forgot what it was asked."""
 FORGOTTEN_AFTER_S = 1.5
 """A commander that is idle so long after it took a request has forgotten it."""
+RESTART_SETTLES_S = 2.0
+"""A restarted commander's word on the vehicle may come after its word on the mission."""
+STATUS_GAP_S = 0.5
+"""The commander speaks of the vehicle five times a second; after a longer silence it may be another process."""
 
 
 class Stage(StrEnum):
@@ -87,6 +91,7 @@ class FlightDirector(Node):
         self._asked_ns = 0
         self._refused: str | None = None
         self._connect_from_ns = 0
+        self._mode_before_gap = FlightMode.UNKNOWN
         self._requests = 0
         self._landing_requests = 0
         self.subscribe(topics.MISSION_STATUS, self._on_mission)
@@ -172,7 +177,7 @@ class FlightDirector(Node):
                 yield from self._ask_landing(now_ns)
             else:
                 self._fail(f"the commander restarted {self._landing_requests} times")
-        elif mission.phase in (Phase.FAILED, Phase.YIELDED, Phase.ABORTED):
+        elif mission.phase in (Phase.FAILED, Phase.YIELDED, Phase.ABORTED) and not _just_restarted(mission):
             self._fail(f"{mission.phase}: {mission.reason}")
 
     def _on_reply(self, arrival: Arrival[MissionReply]) -> Iterator[Output]:
@@ -193,7 +198,9 @@ class FlightDirector(Node):
             self._refused, self._connect_from_ns = reason, now_ns + nanoseconds(ASK_AGAIN_S)
 
     def _on_vehicle(self, arrival: Arrival[VehicleStatus]) -> Iterator[Output]:
-        self.view.vehicle = arrival.message
+        before, self.view.vehicle = self.view.vehicle, arrival.message
+        if before is not None and seconds(arrival.message.at_ns - before.at_ns) > STATUS_GAP_S:
+            self._mode_before_gap = before.mode
         return iter(())
 
     def _on_estimate(self, arrival: Arrival[PadEstimate]) -> Iterator[Output]:
@@ -240,13 +247,20 @@ class FlightDirector(Node):
         return f"{mission.phase}: {mission.reason}" if mission else "no word from the commander"
 
     def _lost_memory(self, mission: MissionStatus) -> bool:
-        """Whether the commander was restarted and nobody else flies since: only then may the landing be asked for again.
-
-        A pilot's mode is not OFFBOARD, and neither is what the autopilot intends while he flies; after the loss of the
-        commander's setpoints it still intends OFFBOARD.
-        """
+        """Whether the commander was restarted and nobody else flies since: only then may the landing be asked for again."""
         if mission.code == RESTARTED:
-            vehicle = self.view.vehicle
-            still_ours = vehicle is not None and vehicle.intended_mode is FlightMode.OFFBOARD
-            return mission.phase is Phase.HOLD or (mission.phase is Phase.YIELDED and still_ours)
+            return mission.phase is Phase.HOLD or (mission.phase is Phase.YIELDED and self._nobody_took_over())
         return mission.phase is Phase.IDLE and seconds(mission.at_ns - self._asked_ns) > FORGOTTEN_AFTER_S
+
+    def _nobody_took_over(self) -> bool:
+        """Whether the autopilot still intends the commander's setpoints, or still holds as it did when the commander died."""
+        vehicle = self.view.vehicle
+        if vehicle is None:
+            return False
+        holds_on = vehicle.mode is FlightMode.HOLD and self._mode_before_gap is FlightMode.HOLD
+        return vehicle.intended_mode is FlightMode.OFFBOARD or holds_on
+
+
+def _just_restarted(mission: MissionStatus) -> bool:
+    """Whether a restarted commander may not have said yet what the vehicle does."""
+    return mission.code == RESTARTED and seconds(mission.at_ns - mission.phase_since_ns) < RESTART_SETTLES_S

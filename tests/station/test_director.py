@@ -167,6 +167,31 @@ def test_a_restarted_commander_is_not_sent_against_a_pilot() -> None:
     assert stage.director.over
 
 
+@pytest.mark.parametrize(("mode_after", "asks_again"), [(FlightMode.HOLD, True), (FlightMode.POSITION, False)])
+def test_a_commander_that_died_before_its_setpoints_were_flown(mode_after: FlightMode, asks_again: bool) -> None:
+    stage = Stage()
+    stage.all_there()
+    stage.reply()
+    stage.vehicle(mode=FlightMode.HOLD, intended_mode=FlightMode.HOLD)
+    stage.mission(Phase.DESCEND)
+    stage.tick(1.2)
+    stage.vehicle(mode=mode_after, intended_mode=mode_after)
+    stage.mission(Phase.YIELDED, "restarted_in_flight")
+    assert stage.verbs == ([Verb.LAND, Verb.LAND] if asks_again else [Verb.LAND])
+
+
+def test_a_hold_that_the_pilot_chose_while_the_commander_lived_is_left_alone() -> None:
+    stage = Stage()
+    stage.all_there()
+    stage.reply()
+    stage.mission(Phase.DESCEND)
+    stage.vehicle(mode=FlightMode.OFFBOARD, intended_mode=FlightMode.OFFBOARD)
+    stage.tick(1.2)
+    stage.vehicle(mode=FlightMode.HOLD, intended_mode=FlightMode.HOLD)
+    stage.mission(Phase.YIELDED, "restarted_in_flight")
+    assert stage.verbs == [Verb.LAND]
+
+
 def test_a_commander_that_keeps_restarting_is_given_up() -> None:
     stage = Stage()
     stage.all_there()

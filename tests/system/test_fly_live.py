@@ -19,7 +19,8 @@ def test_a_live_flight_lands_on_the_pad_and_leaves_recording_and_report(tmp_path
     record = read_flight(tmp_path / "flight" / "flight.mcap")
     summary = summarise(record)
     assert summary.verdict.ok
-    assert summary.touchdown is not None and summary.touchdown.rest_m <= 0.10
+    assert summary.verdict.by_truth and summary.verdict.error_m is not None
+    assert summary.verdict.error_m <= 0.10
     assert {health.service for health in record.messages(topics.HEALTH)} >= SERVICES
     assert not record.provenance.defects
     report = (tmp_path / "flight" / "report.html").read_text()

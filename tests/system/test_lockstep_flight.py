@@ -27,7 +27,7 @@ def fly(out: Path, preset: str, *assignments: str) -> FlightSummary:
 def test_a_flight_in_wind_with_the_papers_errors_lands_on_the_pad(tmp_path: Path) -> None:
     summary = fly(tmp_path, "paper", WIND, "seed=1")
     assert summary.verdict.ok
-    assert summary.touchdown is not None and summary.touchdown.rest_m <= 0.15
+    assert summary.verdict.error_m is not None and summary.verdict.error_m <= 0.15
 
 
 def test_the_same_seed_gives_the_same_recording_to_the_byte_and_another_one_does_not(tmp_path: Path) -> None:
