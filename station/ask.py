@@ -69,7 +69,8 @@ class Asker(Node):
         return iter(())
 
     def _on_health(self, arrival: Arrival[Health]) -> Iterator[Output]:
-        self.health[arrival.message.service] = arrival.message
+        if arrival.message.service != self.service:
+            self.health[arrival.message.service] = arrival.message
         return iter(())
 
 
