@@ -35,8 +35,13 @@ class Incident:
     """In how many health reports it stood."""
 
 
-def incidents(reports: Sequence[Health]) -> tuple[Incident, ...]:
+def incidents(reports: Sequence[Health], all_there_ns: int | None = None) -> tuple[Incident, ...]:
     """All incidents in order of time.
+
+    Args:
+        reports: Health of all services, in order of time.
+        all_there_ns: When all services had to be running already (the landing began); one whose first report says that it
+            began later was started again before it could report at all.
 
     An incident lasts while each report of the service repeats it (numbers in it may change); what comes back after a
     report without it is another one.
@@ -47,7 +52,7 @@ def incidents(reports: Sequence[Health]) -> tuple[Incident, ...]:
     for report in reports:
         before = going_on.get(report.service, {})
         now: dict[str, Incident] = {}
-        for kind, detail in _of_one_report(report, newest.get(report.service)):
+        for kind, detail in _of_one_report(report, newest.get(report.service), all_there_ns):
             key = _sameness(kind, detail)
             known = before.get(key) or Incident(report.service, kind, detail, report.at_ns, report.at_ns, 0)
             now[key] = replace(known, last_at_ns=report.at_ns, reports=known.reports + 1)
@@ -57,9 +62,13 @@ def incidents(reports: Sequence[Health]) -> tuple[Incident, ...]:
     return tuple(sorted(ended, key=lambda incident: (incident.first_at_ns, incident.service, incident.detail)))
 
 
-def _of_one_report(report: Health, before: Health | None) -> list[tuple[IncidentKind, str]]:
+def _of_one_report(report: Health, before: Health | None, all_there_ns: int | None) -> list[tuple[IncidentKind, str]]:
     listed: list[tuple[IncidentKind, str]] = []
-    if before is not None and (report.uptime_s < before.uptime_s or report.pid != before.pid):
+    if before is None:
+        anew = all_there_ns is not None and report.at_ns - report.uptime_s * 1e9 > all_there_ns
+    else:
+        anew = report.uptime_s < before.uptime_s or report.pid != before.pid
+    if anew:
         listed.append((IncidentKind.RESTARTED, f"began anew {report.uptime_s:.1f} s before this report"))
     stale = [entry.topic for entry in report.inputs if entry.stale]
     listed += [(IncidentKind.STALE, topic) for topic in stale]

@@ -68,7 +68,7 @@ def summarise(record: FlightRecord, pad_radius_m: float = PAD_RADIUS_M) -> Fligh
     """
     spans = phase_spans(record.messages(topics.MISSION_STATUS))
     part = landing_part(spans)
-    found = incidents(record.messages(topics.HEALTH))
+    found = incidents(record.messages(topics.HEALTH), part.began_at_ns if part else None)
     truths = record.messages(topics.GROUND_TRUTH)
     if part is None:
         verdict = judge(spans, None, None, pad_radius_m, by_truth=bool(truths))
