@@ -211,6 +211,12 @@ def report(t_s: float, *complaints: str) -> Health:
     )
 
 
+def test_a_service_that_began_after_all_had_to_be_there_was_restarted():
+    late = report(9).model_copy(update={"uptime_s": 2.0})
+    assert [i.kind for i in incidents([late], all_there_ns=5 * 10**9)] == [IncidentKind.RESTARTED]
+    assert incidents([late], all_there_ns=8 * 10**9) == ()
+
+
 def test_an_incident_lasts_while_it_is_repeated_and_comes_back_as_another():
     reports = [report(1, "fix 0.5 s old"), report(2, "fix 1.5 s old"), report(3), report(4, "fix 0.7 s old")]
     spans = [(i.detail, i.first_at_ns, i.last_at_ns, i.reports) for i in incidents(reports)]
