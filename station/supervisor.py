@@ -60,10 +60,6 @@ class Supervisor:
         for service in services:
             self._children[service] = self._spawn(service)
 
-    def pid_of(self, service: str) -> int:
-        """Process id of a running service."""
-        return self._children[service].process.pid
-
     def watch(self) -> None:
         """Restart what died; to be called several times a second.
 
