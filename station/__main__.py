@@ -61,6 +61,7 @@ def parser() -> argparse.ArgumentParser:
     _add_asking(commands)
     _add_detect(commands)
     _add_report(commands)
+    _add_recording(commands)
     _add_schema(commands)
     return root
 
@@ -115,6 +116,14 @@ def _add_report(commands: "argparse._SubParsersAction[argparse.ArgumentParser]")
     command = commands.add_parser("report", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
     report_command.add_arguments(command)
     command.set_defaults(run=report_command.run)
+
+
+def _add_recording(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    from station.recording import command as recording  # noqa: PLC0415
+
+    meaning = "look into a recording, mend it"
+    command = commands.add_parser("recording", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
+    recording.add_actions(command)
 
 
 def _add_schema(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:

@@ -1,0 +1,19 @@
+"""`alight recording ACTION`: one function for each action, in the order in which the help lists them."""
+
+import argparse
+
+
+def add_actions(command: argparse.ArgumentParser) -> None:
+    """Describe `alight recording` and its actions."""
+    actions = command.add_subparsers(title="actions", metavar="ACTION", required=True)
+    for add in (_add_info,):
+        add(actions)
+
+
+def _add_info(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    from station.recording import info  # noqa: PLC0415 - each action loads what it needs, so that --help is quick
+
+    meaning = "say what is in a recording, and what is missing"
+    action = actions.add_parser("info", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
+    info.add_arguments(action)
+    action.set_defaults(run=info.run)
