@@ -61,6 +61,7 @@ def parser() -> argparse.ArgumentParser:
     _add_asking(commands)
     _add_detect(commands)
     _add_report(commands)
+    _add_replay(commands)
     _add_recording(commands)
     _add_schema(commands)
     return root
@@ -124,6 +125,15 @@ def _add_recording(commands: "argparse._SubParsersAction[argparse.ArgumentParser
     meaning = "look into a recording, mend it"
     command = commands.add_parser("recording", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
     recording.add_actions(command)
+
+
+def _add_replay(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    from station import replay_command  # noqa: PLC0415
+
+    meaning = "replay a recorded flight: on the bus, or through chosen services to compare and to score"
+    command = commands.add_parser("replay", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
+    replay_command.add_arguments(command)
+    command.set_defaults(run=replay_command.run)
 
 
 def _add_schema(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
