@@ -14,6 +14,7 @@ from schemas.estimate import PadEstimate
 from schemas.fix import PadFix
 from schemas.frame import FrameHeader
 from schemas.health import Health
+from schemas.journal import Journal
 from schemas.message import Message
 from schemas.mission import MissionReply, MissionRequest, MissionStatus
 from schemas.setpoint import Setpoint
@@ -120,6 +121,8 @@ REQUEST = _row(      "commander/request",    MissionRequest,    Delivery.EVENT, 
 REPLY = _row(        "commander/reply",      MissionReply,      Delivery.EVENT,  "commander",   "station recorder")
 HEALTH = _row(       "health",               Health,            Delivery.STATE,  " ".join(sorted(SERVICES | {"station"})), "recorder station",
                      hz=1, stale_after_s=3, per_service=True)
+JOURNAL = _row(      "journal",              Journal,           Delivery.EVENT,  "detector geolocator filter commander", "recorder",
+                     hz=4, stale_after_s=2, per_service=True)
 GROUND_TRUTH = _row( "truth",                GroundTruth,       Delivery.STATE,  "simulator",   "camera recorder station",
                      hz=60, stale_after_s=1)
 # fmt: on

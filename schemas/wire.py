@@ -51,7 +51,7 @@ class WireMessage:
 
 
 def encoding_of(topic: Topic[Any]) -> str:
-    """The Zenoh encoding of a topic's messages, such as `application/json;alight.PadFix.v1`."""
+    """The Zenoh encoding of a topic's messages, such as `application/json;alight.PadFix.v2`."""
     kind = "application/octet-stream" if topic.has_pixels else "application/json"
     return f"{kind};alight.{topic.message.__name__}.v{SCHEMA_VERSION}"
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from alight.runtime.admission import Admission
 from alight.runtime.clock import Clock
 from alight.runtime.health import HealthMonitor
+from alight.runtime.journal import JournalKeeper
 from alight.runtime.node import Arrival, Node, Output, Outputs, Publication
 from schemas import topics
 from schemas.frame import FrameHeader
@@ -37,6 +38,7 @@ class NodeHost:
         """
         self.node = node
         self.health = HealthMonitor(node, clock.now_ns(), pid)
+        self.journal = JournalKeeper(node, clock.now_ns())
         self._admission = Admission(bus.max_clock_skew_s)
         self._clock = clock
         self._strict = strict
@@ -69,14 +71,17 @@ class NodeHost:
 
     def handle(self, arrival: Arrival[Any]) -> list[Output]:
         """Let the node take a message."""
+        self.journal.message(arrival)
         return self._guarded(lambda: self.node.on_message(arrival))
 
     def tick(self, now_ns: int) -> list[Output]:
         """Let the node do what is due."""
+        self.journal.tick(now_ns)
         return self._guarded(lambda: self.node.on_tick(now_ns))
 
     def take_bytes(self, port: str, data: bytes, now_ns: int) -> list[Output]:
         """Let the node take bytes from a port."""
+        self.journal.bytes(port, data, now_ns)
         return self._guarded(lambda: self.node.on_bytes(port, data, now_ns))
 
     def stop(self, now_ns: int) -> list[Output]:

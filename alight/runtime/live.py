@@ -74,10 +74,12 @@ class LiveRunner:
             if now_ns >= next_health_ns or next_health_ns - now_ns > 10 * NS_PER_S:
                 self._carry([Publication(topics.HEALTH, self._host.health.report(now_ns))], None)
                 next_health_ns = now_ns + nanoseconds(self._settings.bus.health_period_s)
+            self._carry(self._host.journal.due(now_ns), None)
         self._finish()
 
     def _finish(self) -> None:
         self._carry(self._host.stop(self._clock.now_ns()), None)
+        self._carry(self._host.journal.rest(self._clock.now_ns()), None)
         self._host.node.close()
         time.sleep(0.05)  # the last datagrams and messages leave the process
         for port in self._ports.values():

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from alight.runtime.clock import VirtualClock, nanoseconds
 from alight.runtime.host import NodeHost
+from alight.runtime.journal import PERIOD_NS as JOURNAL_PERIOD_NS
 from alight.runtime.node import Arrival, Node, Output, Publication
 from schemas import topics
 from schemas.message import Message
@@ -70,6 +71,7 @@ class Lockstep:
         """Let every node say its last words and let go."""
         for host in self.hosts:
             self._carry(host, host.stop(self.clock.now_ns()), None)
+            self._carry(host, host.journal.rest(self.clock.now_ns()), None)
         self.run(self.clock.now_ns() + nanoseconds(self._settings.lockstep.hop_s) * 4)
         for host in self.hosts:
             host.node.close()
@@ -82,6 +84,7 @@ class Lockstep:
         if host.node.tick_period_ns is not None:
             self._at(now_ns, partial(self._tick, host))
         self._at(now_ns + nanoseconds(self._settings.bus.health_period_s), partial(self._report, host))
+        self._at(now_ns + JOURNAL_PERIOD_NS, partial(self._write_journal, host))
 
     def _at(self, at_ns: int, event: Event) -> None:
         heapq.heappush(self._queue, (at_ns, self._made, event))
@@ -97,6 +100,11 @@ class Lockstep:
         now_ns = self.clock.now_ns()
         self._carry(host, [Publication(topics.HEALTH, host.health.report(now_ns))], None)
         self._at(now_ns + nanoseconds(self._settings.bus.health_period_s), partial(self._report, host))
+
+    def _write_journal(self, host: NodeHost) -> None:
+        now_ns = self.clock.now_ns()
+        self._carry(host, host.journal.rest(now_ns), None)
+        self._at(now_ns + JOURNAL_PERIOD_NS, partial(self._write_journal, host))
 
     def _carry(self, host: NodeHost, outputs: Sequence[Output], cause: Arrival[Any] | None) -> None:
         processing_s = self._settings.lockstep.processing_s.get(host.node.service, 0.0) if cause else 0.0

@@ -16,6 +16,7 @@ from schemas import topics
 from schemas.calibration import CameraCalibration
 from schemas.frame import FrameHeader
 from schemas.health import Health
+from schemas.message import SCHEMA_VERSION
 from schemas.settings import Settings
 from schemas.settings.bus import BusSettings
 
@@ -152,7 +153,12 @@ def test_bad_input_ends_in_the_health_counters_and_nowhere_else(start: Callable[
     start(eye)
     start(Camera())
     octets = "application/octet-stream;alight.FrameHeader"
-    bad = [(b"not json", f"{octets}.v1"), (None, f"{octets}.v1"), (b"{}", f"{octets}.v999"), (b"{}", "text/plain")]
+    bad = [
+        (b"not json", f"{octets}.v{SCHEMA_VERSION}"),
+        (None, f"{octets}.v{SCHEMA_VERSION}"),
+        (b"{}", f"{octets}.v999"),
+        (b"{}", "text/plain"),
+    ]
     intruder = zenoh.open(configuration(BusSettings(connect=(runner.endpoint,))))  # type: ignore[attr-defined]
 
     def complained() -> bool:

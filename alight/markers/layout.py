@@ -1,0 +1,157 @@
+"""Pad layouts: which markers a pad carries, and where."""
+
+import math
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
+
+from alight.markers.family import FamilyError, dictionary
+from schemas.settings.pad import PadSettings
+
+_SHIPPED = Path(__file__).parent / "layouts"
+_QUIET_SIDES = 0.15
+_MOST_MARKERS = 200
+_ROUNDING_M = 1e-9
+_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+Metres = Annotated[float, Field(ge=-100.0, le=100.0)]
+Length = Annotated[float, Field(gt=0.0, le=100.0)]
+
+
+class LayoutError(ValueError):
+    """A layout that cannot be used: file, key and remedy in one line."""
+
+
+@dataclass(frozen=True)
+class PlacedMarker:
+    """One marker on the pad. The pad's frame: origin in the board's centre, x right, y up in the print, z out of it."""
+
+    __pydantic_config__ = _STRICT
+
+    family: str
+    """Marker family, such as `5x5_1000`."""
+    id: Annotated[int, Field(ge=0)]
+    """The marker's number in its family."""
+    side_m: Length
+    """Length of the marker's black outer edge, metres."""
+    x_m: Metres = 0.0
+    """Its centre, to the right of the pad's, metres."""
+    y_m: Metres = 0.0
+    """Its centre, above the pad's in the print, metres."""
+    rotation_rad: Annotated[float, Field(ge=-math.tau, le=math.tau)] = 0.0
+    """How far its print is turned about z, counter-clockwise for who looks at the print, rad."""
+
+    def corners_m(self) -> NDArray[np.float64]:
+        """Upper left, upper right, lower right and lower left corner of the marker's own print, pad frame, (4, 3), metres."""
+        half = self.side_m / 2.0
+        upright = np.array([[-half, half], [half, half], [half, -half], [-half, -half]])
+        c, s = math.cos(self.rotation_rad), math.sin(self.rotation_rad)
+        turned = upright @ np.array([[c, s], [-s, c]]) if self.rotation_rad else upright
+        return np.column_stack((turned[:, 0] + self.x_m, turned[:, 1] + self.y_m, np.zeros(4)))
+
+
+@dataclass(frozen=True)
+class PadLayout:
+    """All that is printed on a pad. Where markers overlap, the smaller one is printed over the larger."""
+
+    name: str
+    """Name of a shipped layout, path of a file, or `single`."""
+    markers: tuple[PlacedMarker, ...]
+    """The markers, largest first; no two alike."""
+    board_m: float
+    """Edge of the white square board that they are printed on, metres."""
+
+    @property
+    def families(self) -> tuple[str, ...]:
+        """The marker families on it, each once, that of the largest marker first."""
+        return tuple(dict.fromkeys(marker.family for marker in self.markers))
+
+    def find(self, family: str, number: int) -> PlacedMarker | None:
+        """The marker of that family and number; None if the pad has none."""
+        return next((marker for marker in self.markers if (marker.family, marker.id) == (family, number)), None)
+
+
+def layout_from(pad: PadSettings) -> PadLayout:
+    """The layout that the settings name, or their single marker where they name none.
+
+    Raises:
+        LayoutError: If the layout is missing or wrong.
+        FamilyError: If there is no such marker family, or no such marker in it.
+    """
+    if pad.layout:
+        return read_layout(pad.layout)
+    single = PlacedMarker(pad.family, pad.id, pad.side_m)
+    _check_code(single)
+    return PadLayout("single", (single,), pad.side_m * (1.0 + 2.0 * _QUIET_SIDES))
+
+
+def shipped_layouts() -> tuple[str, ...]:
+    """Names of the layouts that come with the program, sorted."""
+    return tuple(sorted(path.stem for path in _SHIPPED.glob("*.toml")))
+
+
+def read_layout(name: str) -> PadLayout:
+    """Read a layout.
+
+    Args:
+        name: Name of a shipped layout, or path of a TOML file with `board_m` and tables `[[marker]]` of the keys of
+            `PlacedMarker`.
+
+    Raises:
+        LayoutError: If it is missing or wrong.
+    """
+    path = _SHIPPED / f"{name}.toml" if name in shipped_layouts() else Path(name)
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        there_are = ", ".join(shipped_layouts())
+        raise LayoutError(
+            f"pad layout {name!r}: no such file ({error.strerror}); shipped layouts are {there_are}"
+        ) from None
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise LayoutError(f"{path}: not valid TOML: {error}") from None
+    return _checked(name, path, table)
+
+
+@dataclass(frozen=True)
+class _File:
+    __pydantic_config__ = _STRICT
+
+    board_m: Length
+    marker: Annotated[tuple[PlacedMarker, ...], Field(min_length=1, max_length=_MOST_MARKERS)]
+
+
+_FILE: TypeAdapter[_File] = TypeAdapter(_File)
+
+
+def _checked(name: str, path: Path, table: dict[str, Any]) -> PadLayout:
+    try:
+        file = _FILE.validate_python(table)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        key = ".".join(str(part) for part in first["loc"])
+        raise LayoutError(f"{path}: {key}: {first['msg']} (got {first['input']!r})") from None
+    seen: set[tuple[str, int]] = set()
+    for marker in file.marker:
+        what = f"{path}: marker {marker.family} {marker.id}"
+        try:
+            _check_code(marker)
+        except FamilyError as error:
+            raise LayoutError(f"{path}: {error}") from None
+        if (marker.family, marker.id) in seen:
+            raise LayoutError(f"{what} is there twice: a pad cannot tell two equal markers apart")
+        if np.abs(marker.corners_m()).max() > file.board_m / 2.0 + _ROUNDING_M:
+            raise LayoutError(f"{what} reaches beyond the board: enlarge board_m ({file.board_m:g} m)")
+        seen.add((marker.family, marker.id))
+    return PadLayout(name, tuple(sorted(file.marker, key=lambda marker: -marker.side_m)), file.board_m)
+
+
+def _check_code(marker: PlacedMarker) -> None:
+    count = dictionary(marker.family).bytesList.shape[0]
+    if marker.id >= count:
+        raise FamilyError(f"family {marker.family} has the markers 0 to {count - 1}, not {marker.id}")
