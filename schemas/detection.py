@@ -41,6 +41,32 @@ class Marker(Part):
     """Smaller over larger reprojection error: near 1 the picture cannot tell the two poses apart."""
 
 
+class MarkerName(Part):
+    """Which marker."""
+
+    family: ShortText
+    """Marker family, such as `5x5_1000`."""
+    id: Annotated[int, Field(ge=0)]
+    """The marker's number within its family."""
+
+
+class PadView(Part):
+    """The pad as a whole: one pose from all of its markers that were found. Pad frame: x right, y up in the print, z out of it."""
+
+    poses: Annotated[tuple[MarkerPose, ...], Field(min_length=1, max_length=2)]
+    """The planar solutions for the pad's centre and print, the one with the smaller reprojection error first."""
+    ambiguity: Annotated[float, Field(ge=0.0, le=1.0)]
+    """Smaller over larger reprojection error: near 1 the picture cannot tell the two poses apart."""
+    used: Annotated[tuple[MarkerName, ...], Field(min_length=1, max_length=256)]
+    """The markers that the poses come from, largest first."""
+    left_out: Annotated[tuple[MarkerName, ...], Field(max_length=256)] = ()
+    """Markers of the pad that were found where they cannot be if the others are right."""
+    extent_px: Annotated[float, Field(gt=0.0)]
+    """How large the used corners' outline is in the picture: side of the square of its area, or mean side of a single marker, pixels."""
+    corner_sigma_px: Annotated[float, Field(gt=0.0)]
+    """Standard deviation of one corner coordinate, root mean square over the used markers, pixels."""
+
+
 class Detection(Traced):
     """The markers found in one frame; published for a frame without any, too, so that silence means a fault."""
 
@@ -50,3 +76,5 @@ class Detection(Traced):
     """Name of the detector."""
     markers: Annotated[tuple[Marker, ...], Field(max_length=256)] = ()
     """The markers found, any order."""
+    pad: PadView | None = None
+    """The pad that the settings name; None if none of its markers was found, or if the detector does not say."""
