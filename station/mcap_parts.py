@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 import cv2
 import numpy as np
@@ -21,6 +21,7 @@ from pydantic import ValidationError
 from alight.runtime.node import Pixels
 from schemas import topics
 from schemas.message import Message
+from schemas.topics import Topic
 from schemas.wire import encoding_of
 from services.recorder import layout
 
@@ -41,6 +42,35 @@ class PicturePlace:
     path: Path
     chunk_offset: int
     record: int
+
+
+@dataclass(frozen=True, slots=True)
+class StoredMessage:
+    """One message as it lies in the file: which it is, but not yet what it says."""
+
+    topic: Topic[Any]
+    key: str
+    """The key that it was published with."""
+    stamp_ns: int
+    """The time it speaks of, UTC ns."""
+    logged_at_ns: int
+    """When it reached the recorder, UTC ns."""
+    data: bytes
+    """Its JSON text."""
+
+    @property
+    def sender(self) -> str:
+        """The service that published it, for topics with a key for each; else empty."""
+        return self.key.rsplit("/", 1)[-1] if self.topic.per_service else ""
+
+    def message(self) -> Message:
+        """Read it.
+
+        Raises:
+            ValidationError: If it is none of this version.
+        """
+        message: Message = self.topic.message.model_validate_json(self.data)
+        return message
 
 
 class PictureStore:
@@ -89,6 +119,14 @@ class PartsReader:
 
     def messages(self) -> Iterator[tuple[str, Message, int]]:
         """Topic's name, message and time of recording (UTC ns) of everything that is whole, in file order."""
+        for stored in self.stored():
+            try:
+                yield stored.topic.name, stored.message(), stored.logged_at_ns
+            except ValidationError:
+                self._unreadable[stored.key] += 1
+
+    def stored(self) -> Iterator[StoredMessage]:
+        """Everything that is whole, in file order, without reading what it says."""
         for path in self._parts:
             with path.open("rb") as file:
                 channels: dict[int, Channel] = {}
@@ -125,9 +163,7 @@ class PartsReader:
         if isinstance(record, Attachment) and record.name == layout.SETTINGS_ATTACHMENT:
             self.settings = record.data
 
-    def _chunk(
-        self, chunk: Chunk, channels: dict[int, Channel], path: Path, offset: int
-    ) -> Iterator[tuple[str, Message, int]]:
+    def _chunk(self, chunk: Chunk, channels: dict[int, Channel], path: Path, offset: int) -> Iterator[StoredMessage]:
         try:
             records = breakup_chunk(chunk, validate_crc=True)
         except _DAMAGE:
@@ -143,15 +179,12 @@ class PartsReader:
                 else:
                     yield from self._message(channel, record)
 
-    def _message(self, channel: Channel, record: McapMessage) -> Iterator[tuple[str, Message, int]]:
+    def _message(self, channel: Channel, record: McapMessage) -> Iterator[StoredMessage]:
         topic = topics.BY_NAME.get(channel.metadata.get(layout.TOPIC, ""))
         if topic is None or channel.metadata.get(layout.WIRE_ENCODING) != encoding_of(topic):
             self._unreadable[channel.topic] += 1
             return
-        try:
-            yield topic.name, topic.message.model_validate_json(record.data), record.log_time
-        except ValidationError:
-            self._unreadable[channel.topic] += 1
+        yield StoredMessage(topic, channel.topic, record.publish_time, record.log_time, record.data)
 
 
 def _parts(path: Path) -> list[Path]:
