@@ -22,8 +22,8 @@ from alight.runtime.node import Pixels
 from schemas import topics
 from schemas.message import Message
 from schemas.topics import Topic
-from schemas.wire import encoding_of
 from services.recorder import layout
+from station.migration.chain import MigrationError, migrated, recorded_as
 
 _LONGEST_RECORD_BYTES = 2**30
 _RECORD_HEAD_BYTES = 9
@@ -171,6 +171,7 @@ class PartsReader:
             return
         for number, record in enumerate(records):
             if isinstance(record, Channel):
+                _check_version(record, path)
                 channels[record.id] = record
             elif isinstance(record, McapMessage) and record.channel_id in channels:
                 channel = channels[record.channel_id]
@@ -181,10 +182,29 @@ class PartsReader:
 
     def _message(self, channel: Channel, record: McapMessage) -> Iterator[StoredMessage]:
         topic = topics.BY_NAME.get(channel.metadata.get(layout.TOPIC, ""))
-        if topic is None or channel.metadata.get(layout.WIRE_ENCODING) != encoding_of(topic):
+        data = None if topic is None else _of_this_version(topic, channel, record.data)
+        if topic is None or data is None:
             self._unreadable[channel.topic] += 1
             return
-        yield StoredMessage(topic, channel.topic, record.publish_time, record.log_time, record.data)
+        yield StoredMessage(topic, channel.topic, record.publish_time, record.log_time, data)
+
+
+def _check_version(channel: Channel, path: Path) -> None:
+    try:
+        recorded_as(channel.metadata.get(layout.WIRE_ENCODING, ""))
+    except MigrationError as error:
+        raise FlightRecordError(f"{path}: {error}") from None
+
+
+def _of_this_version(topic: Topic[Any], channel: Channel, data: bytes) -> bytes | None:
+    """The message's text as the present version writes it; None if it is no message of this topic."""
+    recorded = recorded_as(channel.metadata.get(layout.WIRE_ENCODING, ""))
+    if recorded is None or recorded[0] != topic.message.__name__:
+        return None
+    try:
+        return migrated(*recorded, data)
+    except ValueError:
+        return None
 
 
 def _parts(path: Path) -> list[Path]:

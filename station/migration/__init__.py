@@ -1,0 +1,1 @@
+"""Brings what older versions recorded to the present version of the schemas, one explicit step a version."""
