@@ -38,17 +38,32 @@ def load_settings(
     Raises:
         SettingsError: Naming file, key and remedy.
     """
-    table: Table = {}
-    origin: dict[tuple[str, ...], str] = {}
+    layers: list[tuple[str, Table]] = []
     if path is not None:
-        _merge(table, _read(path), origin, str(path))
+        layers.append((str(path), _read(path)))
     for name, value in sorted((environment or {}).items()):
         key = _key_of_variable(name)
         if key is not None:
-            _merge(table, _nested(key, _value(value)), origin, f"environment variable {name}")
+            layers.append((f"environment variable {name}", _nested(key, _value(value))))
     for assignment in assignments:
         key, value = _split(assignment)
-        _merge(table, _nested(key, _value(value)), origin, f"--set {assignment}")
+        layers.append((f"--set {assignment}", _nested(key, _value(value))))
+    return settings_from(layers)
+
+
+def settings_from(layers: Iterable[tuple[str, Mapping[str, Any]]]) -> Settings:
+    """Merge and validate tables of settings; later ones win.
+
+    Args:
+        layers: Where a table comes from, for the message of an error, and the table, nested as in the file.
+
+    Raises:
+        SettingsError: Naming source, key and remedy.
+    """
+    table: Table = {}
+    origin: dict[tuple[str, ...], str] = {}
+    for source, layer in layers:
+        _merge(table, layer, origin, source)
     try:
         return Settings.model_validate(table)
     except ValidationError as error:
@@ -97,7 +112,7 @@ def _nested(key: tuple[str, ...], value: Any) -> Table:
 
 
 def _merge(
-    into: Table, table: Table, origin: dict[tuple[str, ...], str], source: str, prefix: tuple[str, ...] = ()
+    into: Table, table: Mapping[str, Any], origin: dict[tuple[str, ...], str], source: str, prefix: tuple[str, ...] = ()
 ) -> None:
     for key, value in table.items():
         if isinstance(value, dict) and isinstance(into.get(key, {}), dict):
