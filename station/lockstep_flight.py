@@ -30,12 +30,16 @@ class LockstepOutcome:
 
 
 def fly_lockstep(
-    settings: Settings, plan: FlightPlan, on_progress: Callable[[FlightDirector], None] = lambda _: None
+    settings: Settings,
+    plan: FlightPlan,
+    on_progress: Callable[[FlightDirector], None] = lambda _: None,
+    recorder: Node | None = None,
 ) -> LockstepOutcome:
-    """Fly once; the recording is in `settings.recorder.directory` afterwards."""
-    settings = _at_lockstep_rate(settings)
+    """Fly once; the recording is in `settings.recorder.directory` afterwards, unless another `recorder` was given."""
+    settings = at_lockstep_rate(settings)
     director = FlightDirector(settings, plan)
-    nodes = {name: _build(name, settings) for name in SERVICES}
+    nodes = {name: build_node(name, settings) for name in SERVICES if name != "recorder"}
+    nodes["recorder"] = recorder or build_node("recorder", settings)
     lockstep = Lockstep([*nodes.values(), director], settings)
     lockstep.join(nodes["simulator"], "vehicle", nodes["commander"], "vehicle")
     began_ns, began_s = lockstep.clock.now_ns(), time.perf_counter()
@@ -48,7 +52,8 @@ def fly_lockstep(
     return LockstepOutcome(director.failure, flown_s, time.perf_counter() - began_s)
 
 
-def _at_lockstep_rate(settings: Settings) -> Settings:
+def at_lockstep_rate(settings: Settings) -> Settings:
+    """The settings with which a lockstep flight is flown: fewer frames, fewer pictures recorded."""
     rate_hz = min(settings.camera.rate_hz, settings.lockstep.camera_rate_hz)
     recorded_hz = settings.recorder.frame_rate_hz or settings.lockstep.picture_rate_hz
     update = {
@@ -58,6 +63,7 @@ def _at_lockstep_rate(settings: Settings) -> Settings:
     return settings.model_copy(update=update)
 
 
-def _build(name: str, settings: Settings) -> Node:
+def build_node(name: str, settings: Settings) -> Node:
+    """One service's node."""
     node: Node = importlib.import_module(f"services.{name}.service").build(settings)
     return node
