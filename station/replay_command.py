@@ -1,8 +1,9 @@
 """`alight replay FLIGHT.mcap`: a recorded flight once more, on the bus or, with `--through`, through changed code."""
 
 import argparse
-import sys
 from pathlib import Path
+
+from station.republish import command as republish
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -15,9 +16,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FLIGHT",
         help="a recording (flight.mcap) or the folder it lies in",
     )
+    parser.add_argument("--settings", type=Path, metavar="FILE", help="TOML file with settings (default: built in)")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="SECTION.KEY=VALUE", help="set one key; repeatable"
+    )
+    republish.add_arguments(parser)
 
 
-def run(arguments: argparse.Namespace) -> int:  # noqa: ARG001
+def run(arguments: argparse.Namespace) -> int:
     """Replay; the exit status."""
-    sys.stderr.write("alight replay: say through which nodes, with --through detector,geolocator,filter,commander\n")
-    return 2
+    return republish.run(arguments)

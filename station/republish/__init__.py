@@ -1,0 +1,1 @@
+"""A recorded flight once more on the bus, to feed live services."""
