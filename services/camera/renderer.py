@@ -8,16 +8,16 @@ from numpy.typing import NDArray
 
 from alight.geometry.camera import PinholeCamera
 from services.camera.ground import COARSE_TEXEL_M, Ground
-from services.camera.pad_print import BLUR_TEXELS, PadPrint
+from services.camera.pad_print import PadPrint
 from services.camera.ray_grid import STEP_PX, Grid, RayGrid, enlarged
 from services.camera.sensor import PIXEL_VARIANCE_PX2
+from services.camera.sheet import BLUR_TEXELS, Sheet
 from services.camera.viewpoint import Viewpoint
 
 Picture = NDArray[np.uint8]
 
 _SKY_LEVEL = 190
 _LOWEST_SINE = 0.02
-_BOARD_POINTS_A_SIDE = 6
 _TEXELS_A_PIXEL = 2.5
 _TEXEL_VARIANCE = 0.25
 """Variance of a texel's area (1/12) and of interpolating between texels (1/6), texels squared."""
@@ -36,6 +36,18 @@ class Scene:
     """Variance, along one axis, of the blur that the pad's sampling already brought, pixels squared."""
 
 
+@dataclass(frozen=True)
+class _Box:
+    """Blocks of the grid, the last ones excluded."""
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+    side_px: float
+    """Mean length of the sheet's sides in the picture, pixels."""
+
+
 class Renderer:
     """Draws the ground and the pad through one camera."""
 
@@ -44,7 +56,6 @@ class Renderer:
         self._pad = pad
         self._ground = ground
         self._grid = RayGrid(camera)
-        self._outline_m = _outline(pad.board_m / 2.0)
 
     @property
     def rays(self) -> Grid:
@@ -96,32 +107,27 @@ class Renderer:
         return np.asarray(both[: size[0], : size[1]], np.uint8)
 
     def _draw_pad(self, picture: Picture, viewpoint: Viewpoint, nodes_m: Grid) -> float:
-        """Draw the board over the ground; gives the blur that came with it."""
-        box = self._board_box(viewpoint)
+        """Draw the board over the ground; gives the blur that came with it, the least where it differs."""
+        box = self._box(self._pad.whole, viewpoint)
         if box is None:
             return PIXEL_VARIANCE_PX2
-        left, top, right, bottom, side_px = box
-        texture, texel_m = self._pad.texture(self._pad.board_m / (side_px * _TEXELS_A_PIXEL))
-        centre = np.float32(texture.shape[0] / 2.0 - 0.5)
-        nodes = (
-            nodes_m[top : bottom + 2, left : right + 2] * np.array((1.0 / texel_m, -1.0 / texel_m), np.float32) + centre
-        )
-        place = picture[top * STEP_PX : bottom * STEP_PX, left * STEP_PX : right * STEP_PX]
-        for first, last in _bands(bottom - top):
-            board = _sampled(texture, enlarged(nodes[first : last + 2]), cv2.BORDER_CONSTANT)
-            _lay_over(place[first * STEP_PX : last * STEP_PX], board)
-        texel_px = texel_m * side_px / self._pad.board_m
-        return texel_px**2 * (BLUR_TEXELS**2 + _TEXEL_VARIANCE)
+        first, *others = self._pad.sheets(_wanted_texel_m(self._pad.whole, box))
+        blur_px2 = _draw_sheet(picture, first, box, nodes_m)
+        for sheet in others:
+            its_box = self._box(sheet, viewpoint)
+            if its_box is not None:
+                blur_px2 = min(blur_px2, _draw_sheet(picture, sheet, its_box, nodes_m))
+        return blur_px2
 
-    def _board_box(self, viewpoint: Viewpoint) -> tuple[int, int, int, int, float] | None:
-        """Blocks of the grid that the board covers (left, top, right, bottom) and its mean side in pixels; None if out of view."""
-        points = viewpoint.in_camera(self._outline_m)
+    def _box(self, sheet: Sheet, viewpoint: Viewpoint) -> _Box | None:
+        """The blocks of the grid that a sheet covers; None if it is out of view."""
+        points = viewpoint.in_camera(sheet.outline_m())
         before = points[:, 2] > _LOWEST_SINE
         if not before.any():
             return None
-        side_px = self._camera.fx_px * self._pad.board_m / max(float(np.median(points[:, 2])), _LOWEST_SINE)
+        side_px = self._camera.fx_px * sheet.side_m / max(float(np.median(points[:, 2])), _LOWEST_SINE)
         if not before.all():
-            return 0, 0, self._grid.columns, self._grid.rows, side_px
+            return _Box(0, 0, self._grid.columns, self._grid.rows, side_px)
         pixels = self._camera.project(points)
         low = np.floor((pixels.min(axis=0) - 2.0) / STEP_PX)
         high = np.ceil((pixels.max(axis=0) + 3.0) / STEP_PX)
@@ -129,11 +135,27 @@ class Renderer:
         right, bottom = min(int(high[0]), self._grid.columns), min(int(high[1]), self._grid.rows)
         if left >= right or top >= bottom:
             return None
-        return left, top, right, bottom, side_px
+        return _Box(left, top, right, bottom, side_px)
 
     def _draw_sky(self, picture: Picture, down: Grid) -> None:
         sky = enlarged(down)[: picture.shape[0], : picture.shape[1]] <= _LOWEST_SINE * 1.01
         picture[sky] = _SKY_LEVEL
+
+
+def _wanted_texel_m(sheet: Sheet, box: _Box) -> float:
+    return sheet.side_m / (box.side_px * _TEXELS_A_PIXEL)
+
+
+def _draw_sheet(picture: Picture, sheet: Sheet, box: _Box, nodes_m: Grid) -> float:
+    """Lay one sheet over the picture; gives the variance of its blur, pixels squared."""
+    texture, texel_m = sheet.texture(_wanted_texel_m(sheet, box))
+    nodes = sheet.texels(nodes_m[box.top : box.bottom + 2, box.left : box.right + 2], texel_m, texture.shape[0])
+    place = picture[box.top * STEP_PX : box.bottom * STEP_PX, box.left * STEP_PX : box.right * STEP_PX]
+    for first, last in _bands(box.bottom - box.top):
+        board = _sampled(texture, enlarged(nodes[first : last + 2]), cv2.BORDER_CONSTANT)
+        _lay_over(place[first * STEP_PX : last * STEP_PX], board)
+    texel_px = texel_m * box.side_px / sheet.side_m
+    return texel_px**2 * (BLUR_TEXELS**2 + _TEXEL_VARIANCE)
 
 
 def _bands(rows: int) -> list[tuple[int, int]]:
@@ -152,12 +174,3 @@ def _sampled(texture: Picture, texels: Grid, border: int) -> Picture:
     return np.asarray(
         cv2.remap(texture, texels, np.empty(0, np.float32), cv2.INTER_LINEAR, borderMode=border), np.uint8
     )
-
-
-def _outline(half_m: float) -> NDArray[np.float64]:
-    """Points around the board, (N, 3), marker frame, metres."""
-    along = np.linspace(-half_m, half_m, _BOARD_POINTS_A_SIDE)
-    edge = np.full_like(along, half_m)
-    x = np.concatenate((along, along, edge, -edge))
-    y = np.concatenate((edge, -edge, along, along))
-    return np.column_stack((x, y, np.zeros_like(x)))

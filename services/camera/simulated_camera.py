@@ -9,9 +9,12 @@ from numpy.typing import NDArray
 
 from alight.geometry.camera import PinholeCamera
 from alight.geometry.rotation import Matrix
+from alight.markers.layout import PlacedMarker, layout_from
 from alight.runtime.seed import generator
 from schemas.calibration import CameraCalibration
 from schemas.settings import Settings
+from schemas.settings.camera import Board
+from schemas.settings.pad import PadSettings
 from schemas.truth import GroundTruth
 from services.camera.ground import Ground
 from services.camera.pad_print import PadPrint
@@ -40,21 +43,16 @@ class SimulatedCamera:
             calibration: The camera as believed; the true one has `installation.lens_scale` times its focal length.
 
         Raises:
+            LayoutError: If the pad's layout cannot be had.
             FamilyError: If the pad's marker does not exist.
         """
         simulated, installation = settings.camera.simulated, settings.simulator.installation
         self._camera = true_camera(calibration, installation.lens_scale)
         self._mount = mount_rotation(installation)
         self._sunlight, self._optics = simulated.sunlight, simulated.optics
-        side_m, board = settings.pad.side_m * installation.pad_scale, simulated.board
-        pad = PadPrint(
-            settings.pad.family,
-            settings.pad.id,
-            side_m=side_m,
-            board_m=side_m * (1.0 + 2.0 * board.margin),
-            black_level=board.black_level,
-            white_level=board.white_level,
-        )
+        board = simulated.board
+        markers, board_m = printed(settings.pad, board, installation.pad_scale)
+        pad = PadPrint(markers, board_m=board_m, black_level=board.black_level, white_level=board.white_level)
         self._renderer = Renderer(self._camera, pad, Ground(generator(settings.seed, "camera.ground")))
         self._sensor = Sensor(self._camera, self._optics, generator(settings.seed, "camera.noise"))
 
@@ -74,6 +72,27 @@ class SimulatedCamera:
         picture = with_shadow(scene.picture, ground_m, truth.pad_azimuth_rad, self._sunlight)
         picture = with_glare(picture, self._renderer.rays, viewpoint, truth.pad_azimuth_rad, self._sunlight)
         return Scene(picture, scene.blur_px2)
+
+
+def printed(pad: PadSettings, board: Board, pad_scale: float) -> tuple[tuple[PlacedMarker, ...], float]:
+    """The markers as they are printed, and the edge of their board, metres.
+
+    Args:
+        pad: What should be printed.
+        board: How wide the board is around a single marker; a layout says it itself.
+        pad_scale: How much larger the print came out.
+    """
+    layout = layout_from(pad)
+    markers = tuple(
+        dataclasses.replace(
+            marker, side_m=marker.side_m * pad_scale, x_m=marker.x_m * pad_scale, y_m=marker.y_m * pad_scale
+        )
+        for marker in layout.markers
+    )
+    if pad.layout:
+        return markers, layout.board_m * pad_scale
+    side_m = markers[0].side_m
+    return markers, side_m * (1.0 + 2.0 * board.margin)
 
 
 def true_camera(calibration: CameraCalibration, lens_scale: float) -> PinholeCamera:

@@ -6,6 +6,7 @@ import pytest
 
 from alight.geometry.camera import PinholeCamera
 from alight.markers.family import marker_cells
+from alight.markers.layout import PlacedMarker
 from alight.runtime.seed import generator
 from schemas.settings import Settings
 from schemas.settings.camera import Optics
@@ -39,7 +40,7 @@ def camera() -> PinholeCamera:
 
 @pytest.fixture(scope="module")
 def renderer(camera) -> Renderer:
-    pad = PadPrint("5x5_1000", 68, side_m=SIDE_M, board_m=BOARD_M, black_level=BLACK, white_level=WHITE)
+    pad = PadPrint((PlacedMarker("5x5_1000", 68, SIDE_M),), board_m=BOARD_M, black_level=BLACK, white_level=WHITE)
     return Renderer(camera, pad, EvenGround())
 
 
