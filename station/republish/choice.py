@@ -85,15 +85,13 @@ def _check_asked_for(only: Sequence[str], recorded: Collection[str], alive: Coll
 def _reason_against(
     topic: Topic[Any], alive: Collection[str], only: Sequence[str] | None, without: Sequence[str]
 ) -> str | None:
-    rival = living_publisher(topic, alive)
     if topic.name in without or (only is not None and topic.name not in only):
         return "not chosen"
+    if only is None and topic.name in BY_NAME_ONLY:
+        return f"{BY_NAME_ONLY[topic.name]}; only by name, with --topics"
+    rival = living_publisher(topic, alive)
     if rival is not None:
         return f"the {rival} on this bus publishes it"
-    if only is not None:
-        return None
-    if topic.name in BY_NAME_ONLY:
-        return f"{BY_NAME_ONLY[topic.name]}; only by name, with --topics"
-    if topic is topics.PAD_ESTIMATE and "commander" in alive:
+    if only is None and topic is topics.PAD_ESTIMATE and "commander" in alive:
         return "the commander on this bus would steer by it; only by name, with --topics"
     return None

@@ -92,7 +92,7 @@ def _replay(record: FlightRecord, bus: Bus, arguments: argparse.Namespace) -> in
     clock = PatientWallClock()
     for line in what_is_published(choice, part, pace=_pace(arguments), now_ns=_now_ns(arguments, clock)):
         print(line, flush=True)
-    player = Player(bus.publish, record.picture, clock, original_time=arguments.original_time)
+    player = Player(bus.publish, record.picture, clock, original_time=arguments.original_time, paced=not arguments.step)
     due = stepwise(part, clock, _enter) if arguments.step else steadily(part, clock, arguments.speed)
     try:
         player.play(due, lambda: presence.services)

@@ -36,7 +36,9 @@ class Played:
 class Player:
     """Publishes a recording's messages when they are due."""
 
-    def __init__(self, publish: Publish, picture_of: PictureOf, clock: PatientClock, *, original_time: bool) -> None:
+    def __init__(
+        self, publish: Publish, picture_of: PictureOf, clock: PatientClock, *, original_time: bool, paced: bool = True
+    ) -> None:
         """Take what it works with.
 
         Args:
@@ -44,11 +46,13 @@ class Player:
             picture_of: The picture of a frame by its capture time.
             clock: For what is late.
             original_time: Leave the stamps as they were recorded.
+            paced: Each message has a time of its own at which it is due; what comes after it is late.
         """
         self._publish = publish
         self._picture_of = picture_of
         self._clock = clock
         self._original_time = original_time
+        self._paced = paced
         self.played = Played()
 
     def play(self, due: Iterable[Due], alive: Callable[[], Collection[str]]) -> Played:
@@ -64,8 +68,9 @@ class Player:
                 self.played.taken_over.setdefault(item.topic.name, rival)
             if item.topic.name in self.played.taken_over:
                 continue
-            late_s = seconds(self._clock.now_ns() - times.moved_ns(item.at_ns))
-            self.played.latest_s = max(self.played.latest_s, late_s)
+            if self._paced:
+                late_s = seconds(self._clock.now_ns() - times.moved_ns(item.at_ns))
+                self.played.latest_s = max(self.played.latest_s, late_s)
             self._send(
                 item.topic, item.message, item.message if self._original_time else restamped(item.message, times)
             )
