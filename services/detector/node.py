@@ -7,13 +7,15 @@ import cv2
 import numpy as np
 
 from alight.geometry.camera import PinholeCamera
+from alight.markers.layout import layout_from
 from alight.runtime.node import Arrival, Node, Outputs, Pixels, Publication
 from schemas import topics
 from schemas.calibration import CameraCalibration
 from schemas.detection import Detection, Marker
 from schemas.frame import FrameHeader
 from schemas.settings import Settings
-from services.detector.detector import Detector, View
+from services.detector.board_pose import pad_view
+from services.detector.detector import Detector, FoundMarker, View
 from services.detector.square_pose import located
 
 _MOST_MARKERS = 256
@@ -28,7 +30,7 @@ class DetectorNode(Node):
         """Take the detector to use."""
         super().__init__()
         self._detector = detector
-        self._side_m = settings.pad.side_m
+        self._layout = layout_from(settings.pad)
         self._camera: PinholeCamera | None = None
         self._complaint = ""
         self._counts = {"frames": 0, "frames_with_markers": 0, "frames_without_calibration": 0}
@@ -55,6 +57,7 @@ class DetectorNode(Node):
             frame_sequence=frame.sequence,
             detector=self._detector.name,
             markers=markers,
+            pad=pad_view(markers, self._layout, self._camera) if self._camera and markers else None,
         )
         return [Publication(topics.DETECTION, detection)]
 
@@ -71,12 +74,15 @@ class DetectorNode(Node):
         return ""
 
     def _markers(self, picture: Pixels, captured_at_ns: int) -> tuple[Marker, ...]:
-        """All markers seen. The size of other markers than the pad is not known: the pad's is assumed."""
+        """All markers seen. The size of markers that are not on the pad is not known: that of its largest is assumed."""
         if self._camera is None:
             return ()
         found = self._detector.detect(View(picture, captured_at_ns, self._camera))
-        markers = (located(marker, self._side_m, self._camera) for marker in found[:_MOST_MARKERS])
+        markers = (located(marker, self._side_m(marker), self._camera) for marker in found[:_MOST_MARKERS])
         return tuple(marker for marker in markers if marker is not None)
+
+    def _side_m(self, marker: FoundMarker) -> float:
+        return (self._layout.find(marker.family, marker.id) or self._layout.markers[0]).side_m
 
     def counters(self) -> Mapping[str, int]:
         """Frames by outcome, and the detector's own."""

@@ -5,36 +5,21 @@ import math
 from alight.geometry.azimuth import pad_azimuth
 from alight.geometry.local import moved_by_ned
 from schemas.calibration import CameraCalibration
-from schemas.detection import Detection, Marker
+from schemas.detection import Detection, PadView
 from schemas.fix import FixVerdict, PadFix, PadPosition
 from schemas.message import GlobalPosition, Vector3
 from schemas.settings.geolocator import Correction, GeolocatorSettings
-from schemas.settings.pad import PadSettings
 from services.geolocator.correction import corrected_azimuth, corrected_vector
 from services.geolocator.covariance import fix_covariance
-from services.geolocator.planar import PlanarSolution, choose, mean_side_px
+from services.geolocator.planar import PlanarSolution, choose
 from services.geolocator.pose_history import Pose
 from services.geolocator.refusal import FixRefusedError
 from services.geolocator.view import View
 
 
-def marker_of_pad(detection: Detection, pad: PadSettings) -> Marker:
-    """The pad's marker; the largest, should there be several.
-
-    Raises:
-        FixRefusedError: NO_MARKER if it is not among those seen.
-    """
-    candidates = [marker for marker in detection.markers if marker.id == pad.id and marker.family == pad.family]
-    if not candidates:
-        raise FixRefusedError(
-            FixVerdict.NO_MARKER, f"{pad.family} {pad.id} is not among the {len(detection.markers)} markers seen"
-        )
-    return max(candidates, key=lambda marker: mean_side_px(marker.corners_px))
-
-
 def geolocate(
     detection: Detection,
-    marker: Marker,
+    pad: PadView,
     view: View,
     calibration: CameraCalibration,
     settings: GeolocatorSettings,
@@ -45,7 +30,7 @@ def geolocate(
 
     Args:
         detection: What the fix descends from.
-        marker: The pad's marker in it.
+        pad: The pad in it.
         view: The vehicle's pose and the camera's mount at capture time.
         calibration: The camera's.
         settings: The geolocator's.
@@ -58,14 +43,14 @@ def geolocate(
     vehicle = view.vehicle
     attitude_sigma_rad = math.hypot(math.radians(settings.uncertainty.roll_pitch_deg), vehicle.attitude_sigma_rad)
     max_tilt_rad = math.radians(settings.level.max_pad_tilt_deg)
-    solution = choose(marker, view.q_ned_camera, max_tilt_rad, attitude_sigma_rad)
+    solution = choose(pad, view.q_ned_camera, max_tilt_rad, attitude_sigma_rad)
     raw, corrected = _raw_and_corrected(solution, view, settings.correction)
     covariance = fix_covariance(solution.pose, view, corrected.pad_ned_m, calibration, settings.uncertainty)
     return PadFix(
         captured_at_ns=detection.captured_at_ns,
         hops=detection.hops,
         verdict=FixVerdict.ACCEPTED,
-        detail=_account(marker, solution, vehicle),
+        detail=_account(pad, solution, vehicle),
         raw=raw,
         corrected=corrected,
         covariance_ned_m2=covariance.position_ned_m2,
@@ -95,9 +80,9 @@ def _placed(origin: GlobalPosition, pad_ned_m: Vector3, azimuth_rad: float) -> P
     return PadPosition(pad_ned_m=pad_ned_m, position=moved_by_ned(origin, pad_ned_m), azimuth_rad=azimuth_rad)
 
 
-def _account(marker: Marker, solution: PlanarSolution, vehicle: Pose) -> str:
-    number = marker.poses.index(solution.pose) + 1
+def _account(pad: PadView, solution: PlanarSolution, vehicle: Pose) -> str:
+    number = pad.poses.index(solution.pose) + 1
     return (
-        f"solution {number} of {len(marker.poses)}, tilt {math.degrees(solution.tilt_rad):.1f} of at most "
+        f"solution {number} of {len(pad.poses)}, tilt {math.degrees(solution.tilt_rad):.1f} of at most "
         f"{math.degrees(solution.allowed_tilt_rad):.1f} deg, pose {'extrapolated' if vehicle.offset_s > 0.0 else 'interpolated'}"
     )

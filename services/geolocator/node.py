@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import ClassVar
 
+from alight.markers.layout import layout_from
 from alight.runtime.node import Arrival, Node, Outputs, Publication
 from schemas import topics
 from schemas.calibration import CameraCalibration
@@ -12,7 +13,8 @@ from schemas.fix import FixVerdict, PadFix
 from schemas.settings import Settings
 from schemas.vehicle import GimbalState, VehicleState
 from services.geolocator.camera_mount import CameraMount
-from services.geolocator.geolocation import geolocate, marker_of_pad
+from services.geolocator.geolocation import geolocate
+from services.geolocator.pad_sight import pad_in
 from services.geolocator.pose_history import PoseHistory
 from services.geolocator.refusal import FixRefusedError
 from services.geolocator.view import View
@@ -30,7 +32,7 @@ class Geolocator(Node):
 
     def __init__(self, settings: Settings) -> None:
         super().__init__()
-        self._pad = settings.pad
+        self._layout = layout_from(settings.pad)
         self._settings = settings.geolocator
         self._poses = PoseHistory(self._settings.lookup, self._settings.uncertainty)
         self._mount = CameraMount(self._settings.mount, self._settings.lookup)
@@ -85,12 +87,12 @@ class Geolocator(Node):
         if captured_at_ns <= self._newest_capture_ns:
             raise FixRefusedError(FixVerdict.OUT_OF_ORDER, "captured no later than the detection before")
         self._newest_capture_ns = captured_at_ns
-        marker = marker_of_pad(detection, self._pad)
+        pad = pad_in(detection, self._layout)
         if self._calibration is None:
             raise FixRefusedError(FixVerdict.NO_CALIBRATION, "no camera calibration has come yet")
         vehicle = self._poses.at(captured_at_ns)
         view = View(vehicle, self._mount.q_body_gimbal(captured_at_ns), self._mount.camera_in_body_m)
-        return geolocate(detection, marker, view, self._calibration, self._settings, now_ns=now_ns)
+        return geolocate(detection, pad, view, self._calibration, self._settings, now_ns=now_ns)
 
     def _count(self, fix: PadFix) -> None:
         self._counters[f"fix_{fix.verdict}"] += 1

@@ -1,11 +1,10 @@
-"""Which of the two poses that a square's picture allows is the pad's."""
+"""Which of the two poses that a flat pad's picture allows is its true one."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from alight.geometry.rotation import quaternion_conjugate, quaternion_multiply, quaternion_normalised, rotated
-from schemas.detection import Corner, Marker, MarkerPose
+from schemas.detection import MarkerPose, PadView
 from schemas.fix import FixVerdict
 from schemas.message import Quaternion
 from services.geolocator.refusal import FixRefusedError
@@ -26,7 +25,7 @@ class PlanarSolution:
 
 
 def choose(
-    marker: Marker, q_ned_camera: Quaternion, max_pad_tilt_rad: float, attitude_sigma_rad: float
+    pad: PadView, q_ned_camera: Quaternion, max_pad_tilt_rad: float, attitude_sigma_rad: float
 ) -> PlanarSolution:
     """The likelier solution among those that show a level pad in front of the camera.
 
@@ -40,11 +39,11 @@ def choose(
         FixRefusedError: BEHIND_CAMERA or NOT_LEVEL if no solution is left.
         ValueError: If an orientation is no rotation.
     """
-    ahead = [pose for pose in marker.poses if pose.position_camera_m[2] > 0.0]
+    ahead = [pose for pose in pad.poses if pose.position_camera_m[2] > 0.0]
     if not ahead:
-        raise FixRefusedError(FixVerdict.BEHIND_CAMERA, f"depth {marker.poses[0].position_camera_m[2]:.3f} m")
-    hidden_rad = math.sqrt(6.0 * marker.corner_sigma_px / mean_side_px(marker.corners_px))
-    noise_px = max(marker.corner_sigma_px, ahead[0].reprojection_error_px)
+        raise FixRefusedError(FixVerdict.BEHIND_CAMERA, f"depth {pad.poses[0].position_camera_m[2]:.3f} m")
+    hidden_rad = math.sqrt(6.0 * pad.corner_sigma_px / pad.extent_px)
+    noise_px = max(pad.corner_sigma_px, ahead[0].reprojection_error_px)
     solutions = [
         _judged(pose, q_ned_camera, max_pad_tilt_rad, attitude_sigma_rad, hidden_rad=hidden_rad, noise_px=noise_px)
         for pose in ahead
@@ -56,12 +55,6 @@ def choose(
         )
         raise FixRefusedError(FixVerdict.NOT_LEVEL, f"tilt of the pad {tilts}")
     return min(level, key=lambda solution: solution.badness)
-
-
-def mean_side_px(corners_px: Sequence[Corner]) -> float:
-    """Mean length of the four sides, pixels, at least one pixel."""
-    sides = (math.dist(corners_px[i], corners_px[i - 1]) for i in range(4))
-    return max(1.0, sum(sides) / 4.0)
 
 
 def _judged(
