@@ -57,6 +57,7 @@ def parser() -> argparse.ArgumentParser:
     )
     commands = root.add_subparsers(title="commands", metavar="COMMAND", required=True)
     _add_fly(commands)
+    _add_campaign(commands)
     _add_run(commands)
     _add_asking(commands)
     _add_detect(commands)
@@ -75,6 +76,15 @@ def _add_fly(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     )
     fly.add_arguments(command)
     command.set_defaults(run=fly.run)
+
+
+def _add_campaign(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    from station.campaign import command as campaign  # noqa: PLC0415
+
+    meaning = "fly many simulated landings, on all cores or a cluster"
+    command = commands.add_parser("campaign", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
+    campaign.add_arguments(command)
+    command.set_defaults(run=campaign.run)
 
 
 def _add_run(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:

@@ -1,0 +1,1 @@
+"""Many lockstep flights: drawn from one seed, flown on all cores or a Dask cluster, resumable."""
