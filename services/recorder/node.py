@@ -6,10 +6,19 @@ from typing import Any, ClassVar
 from alight.runtime.clock import nanoseconds
 from alight.runtime.node import Arrival, Node, Outputs
 from schemas import topics
+from schemas.calibration import CameraCalibration
 from schemas.frame import FrameHeader
+from schemas.mission import MissionRequest, Verb
 from schemas.settings import Settings
-from services.recorder.flight_file import FlightFile
-from services.recorder.picture import PictureEncoder, PictureError
+from services.recorder import layout
+from services.recorder.entries import EntryMaker
+from services.recorder.entry import Entry, Picture
+from services.recorder.picture import FrameChooser
+from services.recorder.provenance import Document
+from services.recorder.recording import Recording
+
+LATE_US = 1_000_000
+"""Data that waits longer than this for the operating system is complained of: a crash would lose it."""
 
 
 class Recorder(Node):
@@ -21,54 +30,78 @@ class Recorder(Node):
 
     service: ClassVar[str] = "recorder"
 
-    def __init__(self, settings: Settings, file: FlightFile) -> None:
+    def __init__(self, settings: Settings, recording: Recording) -> None:
         super().__init__()
         self.tick_period_ns = nanoseconds(settings.recorder.flush_period_s)
-        self._file = file
-        self._pictures = PictureEncoder(settings.recorder)
-        self._pictures_refused = 0
+        self._recording = recording
+        self._frames = FrameChooser(settings.recorder)
+        self._entries = EntryMaker(settings)
+        self._backlog_told = 0
+        self._late_told_us = LATE_US
         for topic in topics.read_by(self.service):
             self.subscribe(topic, self._on_frame if topic.has_pixels else self._on_any)
+        self.subscribe(topics.CALIBRATION, self._on_calibration)
+        self.subscribe(topics.REQUEST, self._on_request)
 
-    def on_tick(self, now_ns: int) -> Outputs:  # noqa: ARG002
+    def on_tick(self, now_ns: int) -> Outputs:
         """Let nothing wait in memory for longer than the flush period."""
-        self._file.flush()
+        self._recording.tick(now_ns)
         return ()
 
     def counters(self) -> Mapping[str, int]:
-        """Messages written, messages lost to a failing disk or an unknown sender, pictures that were none."""
-        return {
-            "recorded": self._file.written,
-            "lost": self._file.lost,
-            "pictures_refused": self._pictures_refused,
-        }
+        """See `Tally`."""
+        tally = self._recording.tally
+        return {**tally.counters(), "lost": tally.lost}
 
     def complaints(self, now_ns: int) -> tuple[str, ...]:  # noqa: ARG002
-        """Whether the recording has ended too early."""
-        if self._file.failure is None:
-            return ()
-        return (
-            f"recording to {self._file.path.name} stopped: {self._file.failure}; {self._file.lost} messages lost; "
-            "make room in recorder.directory and restart the recorder",
-        )
+        """Whether the recording has stopped, or has lost something, or was late, since this was last asked."""
+        tally, failure = self._recording.tally, self._recording.failure
+        said = []
+        if failure is not None:
+            said.append(
+                f"recording to {self._recording.path.name} stopped: {failure}; {tally.lost_disk} messages lost; "
+                "make room in recorder.directory: it goes on by itself"
+            )
+        if tally.lost_backlog > self._backlog_told:
+            said.append(f"{tally.lost_backlog - self._backlog_told} messages or pictures lost: the disk is too slow")
+            self._backlog_told = tally.lost_backlog
+        if tally.at_risk_max_us > self._late_told_us:
+            said.append(f"the disk was {tally.at_risk_max_us / 1e6:.1f} s behind")
+            self._late_told_us = tally.at_risk_max_us
+        if self._recording.quota_exceeded_bytes > 0:
+            said.append("this recording alone is longer than recorder.quota_mb")
+        return tuple(said)
 
     def close(self) -> None:
         """Complete the file."""
-        self._file.finish()
+        self._recording.finish()
 
     def _on_any(self, arrival: Arrival[Any]) -> Outputs:
-        self._file.add(arrival.topic, arrival.message, arrival.now_ns)
+        self._add(self._entries.of_message(arrival.topic, arrival.message, arrival.received_at_ns, arrival.now_ns))
+        return ()
+
+    def _on_calibration(self, arrival: Arrival[CameraCalibration]) -> Outputs:
+        # Without its stamp it is a new document only when the camera has changed.
+        text = arrival.message.model_dump_json(indent=1, exclude={"at_ns"})
+        self._recording.keep_document(Document(layout.CALIBRATION_ATTACHMENT, "application/json", text.encode()))
+        return self._on_any(arrival)
+
+    def _on_request(self, arrival: Arrival[MissionRequest]) -> Outputs:
+        self._on_any(arrival)
+        if arrival.message.verb is Verb.LAND:
+            self._recording.trigger()
         return ()
 
     def _on_frame(self, arrival: Arrival[FrameHeader]) -> Outputs:
+        self._on_any(arrival)
         header = arrival.message
-        self._file.add(arrival.topic, header, arrival.now_ns)
-        if arrival.pixels is None or not self._pictures.wants(header):
-            return ()
-        try:
-            data = self._pictures.encode(header, arrival.pixels)
-        except PictureError:
-            self._pictures_refused += 1
-            return ()
-        self._file.add_picture(arrival.topic, header, data, arrival.now_ns)
+        if arrival.pixels is not None and self._frames.wants(header):
+            picture = Picture(header, arrival.pixels)
+            self._add(self._entries.of_picture(arrival.topic, header, picture, arrival.received_at_ns, arrival.now_ns))
         return ()
+
+    def _add(self, entry: Entry | None) -> None:
+        if entry is None:
+            self._recording.tally.lost_unknown += 1
+        else:
+            self._recording.add(entry)
