@@ -15,12 +15,11 @@ from alight.runtime.bus import BusError
 from alight.runtime.live import LiveRunner
 from alight.runtime.logs import configure_logs
 from alight.runtime.port import PortError
+from alight.runtime.priority import prioritise
 from alight.runtime.settings_file import SettingsError, load_settings
 
 LOGGER = logging.getLogger("alight")
 
-IN_THE_BACKGROUND = {"recorder": 10}
-"""Niceness of the services that must never make those wait that steer."""
 SWITCH_INTERVAL_S = 0.0005
 """How long the node's thread may keep the interpreter from a receiving one; Python's default is 5 ms."""
 
@@ -48,10 +47,9 @@ def run_service(name: str, arguments: argparse.Namespace) -> int:
     try:
         settings = load_settings(arguments.settings, os.environ, arguments.set)
         configure_logs(name)
+        priority = prioritise(name, real_time=settings.process.real_time)
         service = importlib.import_module(f"services.{name}.service")
-        # A service whose adapters need the host's clock or a thread builds its node in another way than in lockstep.
-        build = getattr(service, "build_live", service.build)
-        runner = LiveRunner(build(settings), settings, service.open_ports(settings))
+        runner = LiveRunner(service.build(settings), settings, service.open_ports(settings))
     except (SettingsError, PortError, BusError, ValueError) as error:
         sys.stderr.write(f"alight {name}: {error}\n")
         return 2
@@ -59,16 +57,15 @@ def run_service(name: str, arguments: argparse.Namespace) -> int:
         signal.signal(number, lambda *_: runner.stop())
     if arguments.exit_with_parent:
         threading.Thread(target=_watch_parent, args=(os.getppid(), runner), daemon=True).start()
-    _favour_latency(name)
-    LOGGER.info("service started", extra={"pid": os.getpid(), "vehicle": settings.vehicle})
+    _favour_latency()
+    LOGGER.info("service started", extra={"pid": os.getpid(), "vehicle": settings.vehicle, "priority": priority})
     runner.run()
     LOGGER.info("service stopped")
     return 0
 
 
-def _favour_latency(name: str) -> None:
+def _favour_latency() -> None:
     sys.setswitchinterval(SWITCH_INTERVAL_S)
-    os.nice(IN_THE_BACKGROUND.get(name, 0))
     # What start-up left behind need not be looked through again and again in flight.
     gc.collect()
     gc.freeze()

@@ -45,10 +45,20 @@ def load_settings(
         key = _key_of_variable(name)
         if key is not None:
             layers.append((f"environment variable {name}", _nested(key, _value(value))))
-    for assignment in assignments:
-        key, value = _split(assignment)
-        layers.append((f"--set {assignment}", _nested(key, _value(value))))
-    return settings_from(layers)
+    return settings_from([*layers, *assigned(assignments)])
+
+
+def assigned(assignments: Iterable[str]) -> list[tuple[str, Table]]:
+    """The layers of `settings_from` that `section.key=value`, as given with `--set`, make.
+
+    Raises:
+        SettingsError: If one of them is not of that form.
+    """
+    return [
+        (f"--set {assignment}", _nested(key, _value(value)))
+        for assignment in assignments
+        for key, value in [_split(assignment)]
+    ]
 
 
 def settings_from(layers: Iterable[tuple[str, Mapping[str, Any]]]) -> Settings:

@@ -10,6 +10,7 @@ from schemas.settings.filter import FilterSettings
 from schemas.settings.geolocator import GeolocatorSettings
 from schemas.settings.lockstep import LockstepSettings
 from schemas.settings.pad import PadSettings
+from schemas.settings.process import ProcessSettings
 from schemas.settings.recorder import RecorderSettings
 from schemas.settings.section import Section
 from schemas.settings.simulator import SimulatorSettings
@@ -25,6 +26,7 @@ class Settings(Section):
     seed: int = Field(default=0, ge=0, lt=2**31)
     """Seeds everything that is random."""
     bus: BusSettings = BusSettings()
+    process: ProcessSettings = ProcessSettings()
     pad: PadSettings = PadSettings()
     camera: CameraSettings = CameraSettings()
     detector: DetectorSettings = DetectorSettings()
