@@ -78,6 +78,7 @@ class PictureStore:
 
     def __init__(self, places: Mapping[int, PicturePlace] | None = None) -> None:
         self._places = dict(sorted((places or {}).items()))
+        self._opened: tuple[tuple[Path, int] | None, list[McapRecord]] = (None, [])
 
     @property
     def times_ns(self) -> tuple[int, ...]:
@@ -86,17 +87,28 @@ class PictureStore:
 
     def picture(self, captured_at_ns: int) -> Pixels | None:
         """Decode one picture; None if there is none or it is damaged."""
+        stored = self.stored(captured_at_ns)
+        if stored is None:
+            return None
+        compressed = base64.b64decode(json.loads(stored)["data"])
+        decoded = cv2.imdecode(np.frombuffer(compressed, np.uint8), cv2.IMREAD_UNCHANGED)
+        return None if decoded is None else np.asarray(decoded, np.uint8)
+
+    def stored(self, captured_at_ns: int) -> bytes | None:
+        """One picture as it lies in the file, JSON text of a foxglove.CompressedImage; None if there is none."""
         place = self._places.get(captured_at_ns)
         if place is None:
             return None
-        with place.path.open("rb") as file:
-            file.seek(place.chunk_offset + _RECORD_HEAD_BYTES)
-            record = breakup_chunk(Chunk.read(ReadDataStream(file)))[place.record]
-        if not isinstance(record, McapMessage):
-            return None
-        compressed = base64.b64decode(json.loads(record.data)["data"])
-        decoded = cv2.imdecode(np.frombuffer(compressed, np.uint8), cv2.IMREAD_UNCHANGED)
-        return None if decoded is None else np.asarray(decoded, np.uint8)
+        record = self._chunk(place.path, place.chunk_offset)[place.record]
+        return bytes(record.data) if isinstance(record, McapMessage) else None
+
+    def _chunk(self, path: Path, offset: int) -> list[McapRecord]:
+        """The records of one chunk; the last one stays open, since pictures are mostly asked for in their order."""
+        if self._opened[0] != (path, offset):
+            with path.open("rb") as file:
+                file.seek(offset + _RECORD_HEAD_BYTES)
+                self._opened = ((path, offset), breakup_chunk(Chunk.read(ReadDataStream(file))))
+        return self._opened[1]
 
 
 class PartsReader:

@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from station.replay import command as through
 from station.republish import command as republish
 
 
@@ -20,9 +21,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--set", action="append", default=[], metavar="SECTION.KEY=VALUE", help="set one key; repeatable"
     )
+    through.add_arguments(parser)
     republish.add_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Replay; the exit status."""
+    if arguments.through or arguments.update:
+        return through.run(arguments)
     return republish.run(arguments)

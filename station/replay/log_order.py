@@ -1,0 +1,64 @@
+"""What a node may have been given, where no journal tells: the recorded messages in the order in which they were logged."""
+
+from schemas import topics
+from schemas.journal import EntryKind, JournalEntry
+from schemas.message import Traced
+from schemas.topics import Topic
+from station.replay.error import ReplayError
+from station.replay.life import Life
+from station.replay.recording import ReplayRecording
+
+LATEST_NS = 2**63 - 1
+
+
+def guessed_life(recording: ReplayRecording, service: str) -> Life:
+    """One life of a service, each message at the time at which the recorder had it, or, where an output tells, the service.
+
+    Raises:
+        ReplayError: For the commander: what the autopilot told it stands in its journal alone.
+    """
+    if service == "commander":
+        raise ReplayError(
+            f"{recording.path}: there is no journal of the commander, and with it the autopilot's bytes: "
+            "replay it --through detector,geolocator,filter"
+        )
+    told = _times_told(recording, service)
+    entries = [
+        _entry(
+            stored.topic.name, stored.stamp_ns, *told.get(stored.stamp_ns, (stored.logged_at_ns, stored.logged_at_ns))
+        )
+        if _may_tell(stored.topic)
+        else _entry(stored.topic.name, stored.stamp_ns, stored.logged_at_ns, stored.logged_at_ns)
+        for topic in topics.read_by(service)
+        for stored in recording.of(topic)
+    ]
+    entries.sort(key=lambda entry: entry.now_ns)
+    remark = (
+        f"no journal of the {service}: it is given the messages in the order of their logging, "
+        "so the replay is not exact where that was not its own order"
+    )
+    return Life(service, None, tuple(entries), ((0, LATEST_NS),), False, (remark,))
+
+
+def _may_tell(topic: Topic[Traced]) -> bool:
+    return issubclass(topic.message, Traced)
+
+
+def _times_told(recording: ReplayRecording, service: str) -> dict[int, tuple[int, int]]:
+    """When the service received and handled the input of each capture, by the hops of its outputs, UTC ns."""
+    times = {}
+    for topic in topics.published_by(service):
+        if not issubclass(topic.message, Traced):
+            continue
+        for stored in recording.of(topic):
+            message = recording.message(topic, stored.stamp_ns)
+            if isinstance(message, Traced) and message.hops and message.hops[-1].service == service:
+                hop = message.hops[-1]
+                times[message.captured_at_ns] = (hop.received_at_ns, hop.handled_at_ns)
+    return times
+
+
+def _entry(source: str, stamp_ns: int, received_at_ns: int, now_ns: int) -> JournalEntry:
+    return JournalEntry(
+        kind=EntryKind.MESSAGE, source=source, stamp_ns=stamp_ns, received_at_ns=received_at_ns, now_ns=now_ns
+    )
