@@ -22,6 +22,18 @@ class PadMarker:
 
 
 @dataclass(frozen=True)
+class PadMarkers:
+    """All markers of a pad: seeing one of them is seeing the pad."""
+
+    markers: tuple[PadMarker, ...]
+
+    def among(self, detection: Detection) -> tuple[Marker, ...]:
+        """Those of them in a detection, the largest print first."""
+        found = [marker for name in self.markers if (marker := name.among(detection)) is not None]
+        return tuple(sorted(found, key=lambda marker: -marker.side_m))
+
+
+@dataclass(frozen=True)
 class DetectionRate:
     """Frames between the start of the search and the touchdown."""
 
@@ -30,7 +42,7 @@ class DetectionRate:
     examined: int
     """Frames that the detector answered for."""
     seen: int
-    """Frames with the pad's marker in them."""
+    """Frames with a marker of the pad in them."""
     first_seen_at_ns: int | None
     last_seen_at_ns: int | None
     fixes: tuple[tuple[str, int], ...]
@@ -47,7 +59,7 @@ def detection_rate(
     detections: Sequence[Detection],
     fixes: Sequence[PadFix],
     *,
-    pad: PadMarker,
+    pad: PadMarkers,
     began_at_ns: int,
     ended_at_ns: int,
 ) -> DetectionRate:
@@ -57,7 +69,7 @@ def detection_rate(
         return began_at_ns <= message.captured_at_ns <= ended_at_ns
 
     examined = [detection for detection in detections if within(detection)]
-    seen_ns = [detection.captured_at_ns for detection in examined if pad.among(detection) is not None]
+    seen_ns = [detection.captured_at_ns for detection in examined if pad.among(detection)]
     verdicts = Counter(fix.verdict.value for fix in fixes if within(fix))
     return DetectionRate(
         frames=sum(within(frame) for frame in frames),

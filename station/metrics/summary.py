@@ -3,11 +3,16 @@
 import math
 from dataclasses import dataclass
 
+from pydantic import ValidationError
+
 from alight.geometry.local import ned_between
+from alight.markers.family import FamilyError
+from alight.markers.layout import LayoutError, layout_from
 from schemas import topics
 from schemas.message import GlobalPosition
+from schemas.settings.pad import PadSettings
 from station.flight_record import FlightRecord
-from station.metrics.detection_rate import DetectionRate, PadMarker, detection_rate
+from station.metrics.detection_rate import DetectionRate, PadMarker, PadMarkers, detection_rate
 from station.metrics.incidents import Incident, incidents
 from station.metrics.latency import LatencyBudget, latency_budget
 from station.metrics.pad_error import PadError, pad_errors
@@ -91,9 +96,14 @@ def summarise(record: FlightRecord, pad_radius_m: float = PAD_RADIUS_M) -> Fligh
     )
 
 
-def pad_marker(record: FlightRecord) -> PadMarker:
-    """The pad's marker by the flight's settings; the paper's pad where there are none."""
-    return PadMarker(record.setting("pad", "family", "5x5_1000"), record.setting("pad", "id", 68))
+def pad_markers(record: FlightRecord) -> PadMarkers:
+    """The pad's markers by the flight's settings; the paper's pad where there are none, or its layout is not on this machine."""
+    settings = {key: record.setting("pad", key, value) for key, value in PadSettings().model_dump().items()}
+    try:
+        placed = layout_from(PadSettings.model_validate(settings)).markers
+    except (LayoutError, FamilyError, ValidationError):
+        return PadMarkers((PadMarker(str(settings["family"]), int(settings["id"])),))
+    return PadMarkers(tuple(PadMarker(marker.family, marker.id) for marker in placed))
 
 
 def pad_place(record: FlightRecord) -> GlobalPosition | None:
@@ -117,7 +127,7 @@ def _detection(record: FlightRecord, part: LandingPart, contact: Touchdown | Non
         record.messages(topics.FRAME),
         record.messages(topics.DETECTION),
         record.messages(topics.PAD_FIX),
-        pad=pad_marker(record),
+        pad=pad_markers(record),
         began_at_ns=part.looking_since_ns,
         ended_at_ns=contact.at_ns if contact else part.ended_at_ns,
     )

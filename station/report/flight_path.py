@@ -55,6 +55,13 @@ class FlightPaths:
     """From the autopilot's own position."""
     setpoints: Path
     """The points asked for."""
+    descended: bool
+    """Whether time zero is the beginning of the descent; otherwise it is the beginning of the record."""
+
+    @property
+    def time_label(self) -> str:
+        """What the time axes say."""
+        return f"time since the {'descent' if self.descended else 'record'} began [s]"
 
 
 def flight_paths(record: FlightRecord, summary: FlightSummary) -> FlightPaths:
@@ -72,6 +79,7 @@ def flight_paths(record: FlightRecord, summary: FlightSummary) -> FlightPaths:
         true=_true_path(record, origin_ns),
         navigated=navigated,
         setpoints=_path(asked, pad, origin_ns),
+        descended=part is not None,
     )
 
 

@@ -9,18 +9,22 @@ from numpy.typing import NDArray
 
 from alight.runtime.node import Pixels
 from schemas import topics
-from schemas.detection import Detection, Marker
+from schemas.detection import Detection
 from station.flight_record import FlightRecord
-from station.metrics.summary import FlightSummary, pad_marker
+from station.metrics.summary import FlightSummary, pad_markers
 from station.report.flight_path import FlightPaths, since_s
+from station.report.overlay import Corners, Overlay, marker_places
 
-_OUTLINE_BGR = (60, 220, 60)
+DETECTED_BGR = (60, 220, 60)
+ESTIMATED_BGR = (255, 150, 40)
+TRUE_BGR = (60, 210, 255)
+_FIRST_CORNER_BGR = (40, 60, 240)
 _LABEL_BGR = (255, 255, 255)
-_SHADOW_BGR = (0, 0, 0)
 _SMALL_PX = 70.0
 _LENS_SOURCE_PX = 48
-_LENS_SHOWN_PX = 192
-_JPEG_QUALITY = 82
+_LENS_SHOWN_PX = 208
+_JPEG_QUALITY = 80
+_SUBPIXEL_BITS = 3
 
 
 @dataclass(frozen=True)
@@ -29,22 +33,52 @@ class Moment:
 
     jpeg_base64: str
     caption: str
+    off_px: tuple[float | None, float | None]
+    """How far the pad's centre by the estimate, and by the truth, is from the detected one; None where there is none."""
 
 
 def moments(record: FlightRecord, summary: FlightSummary, paths: FlightPaths, count: int = 5) -> list[Moment]:
     """Choose moments evenly in height between the first and the last sight of the pad, and draw them."""
     kept = set(record.picture_times_ns)
-    pad = pad_marker(record)
-    seen = [d for d in record.messages(topics.DETECTION) if d.captured_at_ns in kept and pad.among(d) is not None]
+    pad = pad_markers(record)
+    seen = [d for d in record.messages(topics.DETECTION) if d.captured_at_ns in kept and pad.among(d)]
     if summary.landing is not None:
         seen = [d for d in seen if summary.landing.looking_since_ns <= d.captured_at_ns <= summary.landing.ended_at_ns]
+    overlay, places = Overlay(record), marker_places(record)
     drawn = []
     for detection in _evenly_in_height(seen, paths, count):
-        picture, marker = record.picture(detection.captured_at_ns), pad.among(detection)
-        if picture is not None and marker is not None:
-            caption = _caption(detection, marker, paths)
-            drawn.append(Moment(_jpeg(_annotated(picture, detection, marker)), caption))
+        picture, markers = record.picture(detection.captured_at_ns), pad.among(detection)
+        if picture is not None:
+            markers_m = np.array([places.get((m.family, m.id), _square_m(m.side_m)) for m in markers])
+            squares = _Squares(
+                detected=np.array([marker.corners_px for marker in markers]),
+                estimated=overlay.by_estimate(detection.captured_at_ns, markers_m),
+                true=overlay.by_truth(detection.captured_at_ns, markers_m),
+            )
+            caption = _caption(detection, squares, paths)
+            drawn.append(Moment(_jpeg(_annotated(picture, squares)), caption, squares.off_px))
     return drawn
+
+
+def _square_m(side_m: float) -> Corners:
+    return side_m / 2 * np.array([[-1.0, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]])
+
+
+@dataclass(frozen=True)
+class _Squares:
+    """The pad's markers in one picture, three times; (N, 4, 2) pixels each, the largest print first."""
+
+    detected: Corners
+    estimated: Corners | None
+    true: Corners | None
+
+    @property
+    def off_px(self) -> tuple[float | None, float | None]:
+        """Distances of the centres from the detected one."""
+        centre = self.detected.mean(axis=(0, 1))
+        others = (self.estimated, self.true)
+        apart = [None if one is None else float(np.linalg.norm(one.mean(axis=(0, 1)) - centre)) for one in others]
+        return apart[0], apart[1]
 
 
 def _evenly_in_height(seen: list[Detection], paths: FlightPaths, count: int) -> list[Detection]:
@@ -63,20 +97,19 @@ def _height_m(detection: Detection, paths: FlightPaths) -> float:
     return float(np.interp(since_s(detection.captured_at_ns, paths.origin_ns), path.t_s, path.height_m))
 
 
-def _caption(detection: Detection, marker: Marker, paths: FlightPaths) -> str:
-    side_px = _side_px(np.array(marker.corners_px))
+def _caption(detection: Detection, squares: _Squares, paths: FlightPaths) -> str:
     height = f"{_height_m(detection, paths):.1f} m up" if paths.true or paths.navigated else "height unknown"
-    return f"{since_s(detection.captured_at_ns, paths.origin_ns):+.1f} s, {height}, marker {side_px:.0f} px wide"
+    named = zip(("estimate", "truth"), squares.off_px, strict=True)
+    apart = "".join(f", {name} {off_px:.1f} px off" for name, off_px in named if off_px is not None)
+    since = f"{since_s(detection.captured_at_ns, paths.origin_ns):+.1f} s"
+    return f"{since}, {height}, marker {_side_px(squares.detected[0]):.0f} px wide{apart}"
 
 
-def _annotated(picture: Pixels, detection: Detection, pad: Marker) -> Pixels:
+def _annotated(picture: Pixels, squares: _Squares) -> Pixels:
     canvas = _coloured(picture)
-    for marker in detection.markers:
-        _outline(canvas, np.array(marker.corners_px), 1.0)
-    corners_px = np.array(pad.corners_px)
-    if _side_px(corners_px) < _SMALL_PX:
-        _put_lens(canvas, picture, corners_px)
-    _label(canvas, f"{pad.family} id {pad.id}", corners_px)
+    _draw_squares(canvas, squares, np.zeros(2), 1.0)
+    if _side_px(squares.detected[0]) < _SMALL_PX:
+        _put_lens(canvas, picture, squares)
     return canvas
 
 
@@ -85,42 +118,42 @@ def _coloured(picture: Pixels) -> NDArray[np.uint8]:
     return np.asarray(coloured, np.uint8)
 
 
-def _outline(canvas: NDArray[np.uint8], corners_px: NDArray[np.float64], scale: float) -> None:
-    thickness = 2 if _side_px(corners_px) * scale > 30 else 1
-    points = np.round(corners_px * scale * 8).astype(np.int32).reshape(-1, 1, 2)
-    cv2.polylines(canvas, [points], True, _OUTLINE_BGR, thickness, cv2.LINE_AA, shift=3)
-    first = (int(points[0, 0, 0]), int(points[0, 0, 1]))
-    cv2.circle(canvas, first, 8 * (thickness + 1), (40, 60, 240), -1, cv2.LINE_AA, shift=3)
+def _draw_squares(canvas: NDArray[np.uint8], squares: _Squares, left_top_px: Corners, scale: float) -> None:
+    """Truth below, then the estimate, then what was detected; a pixel's centre stays its centre when magnified."""
+
+    def shown(corners_px: Corners) -> NDArray[np.int32]:
+        moved = (corners_px - left_top_px + 0.5) * scale - 0.5
+        return np.asarray(np.round(moved * 2**_SUBPIXEL_BITS), np.int32).reshape(-1, 1, 2)
+
+    thickness = 2 if _side_px(squares.detected[0]) * scale > 30 else 1
+    for corners_px, colour, width in (
+        (squares.true, TRUE_BGR, thickness + 2),
+        (squares.estimated, ESTIMATED_BGR, thickness + 1),
+        (squares.detected, DETECTED_BGR, thickness),
+    ):
+        if corners_px is not None:
+            outlines = [shown(one) for one in corners_px]
+            cv2.polylines(canvas, outlines, True, colour, width, cv2.LINE_AA, shift=_SUBPIXEL_BITS)
+    for one in squares.detected:
+        x, y = shown(one)[0, 0].tolist()
+        cv2.circle(canvas, (x, y), 8 * (thickness + 1), _FIRST_CORNER_BGR, -1, cv2.LINE_AA, shift=_SUBPIXEL_BITS)
 
 
-def _put_lens(canvas: NDArray[np.uint8], picture: Pixels, corners_px: NDArray[np.float64]) -> None:
+def _put_lens(canvas: NDArray[np.uint8], picture: Pixels, squares: _Squares) -> None:
     """A magnified cut-out in the corner farthest from the pad."""
     height_px, width_px = picture.shape[:2]
-    half = max(_LENS_SOURCE_PX // 2, int(_side_px(corners_px)))
-    centre = corners_px.mean(axis=0)
+    half = max(_LENS_SOURCE_PX // 2, int(_side_px(squares.detected[0])))
+    centre = squares.detected.mean(axis=(0, 1))
     left = int(np.clip(round(centre[0]) - half, 0, max(0, width_px - 2 * half)))
     top = int(np.clip(round(centre[1]) - half, 0, max(0, height_px - 2 * half)))
     cut = picture[top : top + 2 * half, left : left + 2 * half]
     shown = min(_LENS_SHOWN_PX, height_px // 2, width_px // 2)
     lens = _coloured(np.asarray(cv2.resize(cut, (shown, shown), interpolation=cv2.INTER_NEAREST), np.uint8))
-    scale = shown / cut.shape[1]
-    _outline(lens, corners_px - (left, top) + (0.5 - 0.5 / scale), scale)
+    _draw_squares(lens, squares, np.array([left, top], float), shown / cut.shape[1])
     cv2.rectangle(lens, (0, 0), (shown - 1, shown - 1), _LABEL_BGR, 2)
-    right = centre[0] < width_px / 2
-    lower = centre[1] < height_px / 2
-    x = width_px - shown - 8 if right else 8
-    y = height_px - shown - 8 if lower else 8
+    x = width_px - shown - 8 if centre[0] < width_px / 2 else 8
+    y = height_px - shown - 8 if centre[1] < height_px / 2 else 8
     canvas[y : y + shown, x : x + shown] = lens
-
-
-def _label(canvas: NDArray[np.uint8], text: str, corners_px: NDArray[np.float64]) -> None:
-    height_px, width_px = canvas.shape[:2]
-    (text_width, _), _ = cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, 0.7, 2)
-    x = int(np.clip(corners_px[:, 0].min(), 6, max(6, width_px - text_width - 6)))
-    above = corners_px[:, 1].min() - 12
-    y = int(above if above > 24 else min(height_px - 10, corners_px[:, 1].max() + 28))
-    for colour, thickness in ((_SHADOW_BGR, 5), (_LABEL_BGR, 2)):
-        cv2.putText(canvas, text, (x, y), cv2.FONT_HERSHEY_SIMPLEX, 0.7, colour, thickness, cv2.LINE_AA)
 
 
 def _side_px(corners_px: NDArray[np.float64]) -> float:

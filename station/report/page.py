@@ -1,50 +1,78 @@
-"""The report's page: everything in one HTML text, nothing fetched from anywhere."""
+"""The report of one flight as a page."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from html import escape
-from importlib.resources import files
 
 from schemas import topics
 from station.flight_record import FlightRecord
+from station.metrics.fix_fate import FixFates, fix_fates
 from station.metrics.pad_error import rms_horizontal_m
 from station.metrics.summary import FlightSummary
 from station.metrics.text import length, summary_line
+from station.metrics.uncertainty import Uncertainty, uncertainty
 from station.report import tables
-from station.report.error_view import error_view
+from station.report.configuration import configuration
+from station.report.document import Section, banner, cards, document
+from station.report.error_view import error_picture
+from station.report.fixes_view import fixes_list, fixes_picture, fixes_table
 from station.report.flight_path import FlightPaths, flight_paths
-from station.report.height_view import height_view
-from station.report.latency_view import latency_view
-from station.report.moments import Moment, moments
-from station.report.path_view import path_view
-
-
-@dataclass(frozen=True)
-class _Section:
-    title: str
-    explanation: str
-    content: str
-
-    def html(self) -> str:
-        return f"<section><h2>{escape(self.title)}</h2><p>{escape(self.explanation)}</p>{self.content}</section>"
+from station.report.health_cards import health_cards
+from station.report.height_view import height_picture
+from station.report.latency_view import latency_picture
+from station.report.moments import DETECTED_BGR, ESTIMATED_BGR, TRUE_BGR, Moment, moments
+from station.report.path_view import path_picture
+from station.report.phase_line import phase_line
+from station.report.picture import Picture
+from station.report.uncertainty_view import uncertainty_picture, uncertainty_words
 
 
 def page(record: FlightRecord, summary: FlightSummary) -> str:
     """The whole report of one flight as HTML."""
     paths = flight_paths(record, summary)
-    style = files("station.report").joinpath("style.css").read_text()
-    title = f"Landing of {record.provenance.versions.get('vehicle', 'a vehicle')}"
-    sections = [*_pictures(record, summary, paths), *_tables(record, summary, paths)]
-    body = "".join(section.html() for section in sections)
-    return (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{escape(title)}: {escape(summary_line(summary))}</title><style>{style}</style></head><body><main>"
-        f"<header><h1>{escape(title)}</h1><p>{escape(_about(record))}</p></header>"
-        f"{_verdict(record, summary)}{_numbers(summary)}{body}{_details(record)}"
-        f"<footer>Alight {escape(record.provenance.versions.get('alight', ''))}. This page is complete in itself.</footer>"
-        "</main></body></html>\n"
+    fates, claims = _fates(record, summary), _claims(record, summary)
+    drawn = {picture.name: picture.html() for picture in pictures(record, summary)}
+    sections = [
+        *_flown(summary, paths, drawn),
+        _moments(moments(record, summary, paths)),
+        *_measured(summary, paths, drawn, fates, claims),
+        *_services(record, summary, paths, drawn),
+        Section("Configuration", "Settings that differ from the defaults.", configuration(record.provenance.settings)),
+    ]
+    versions = f"<details><summary>Versions</summary>{tables.versions(record)}</details>"
+    body = "".join(section.html() for section in sections) + versions
+    heading = f"Landing of {record.provenance.versions.get('vehicle', 'a vehicle')}"
+    return document(
+        title=f"{heading}: {summary_line(summary)}",
+        heading=heading,
+        about=_about(record),
+        body=_verdict(record, summary) + cards(_numbers(summary)) + body,
+        version=record.provenance.versions.get("alight", ""),
     )
+
+
+def pictures(record: FlightRecord, summary: FlightSummary) -> Sequence[Picture]:
+    """The drawings of a flight's page; those that there is nothing to draw for are left out."""
+    paths = flight_paths(record, summary)
+    fates, claims = _fates(record, summary), _claims(record, summary)
+    found: list[Picture | None] = []
+    if paths.navigated or paths.true:
+        side_m = float(record.setting("pad", "side_m", 1.0))
+        found += [path_picture(summary, paths, side_m), height_picture(summary, paths)]
+    found.append(fixes_picture(summary, paths, fates) if fates.fates else None)
+    found.append(uncertainty_picture(summary, paths, claims) if claims else None)
+    found.append(error_picture(summary))
+    found.append(latency_picture(summary.latency) if summary.latency else None)
+    return [picture for picture in found if picture is not None]
+
+
+def _fates(record: FlightRecord, summary: FlightSummary) -> FixFates:
+    fates, part = fix_fates(record, summary.phases), summary.landing
+    return fates.within(part.looking_since_ns, part.ended_at_ns) if part else fates
+
+
+def _claims(record: FlightRecord, summary: FlightSummary) -> Uncertainty | None:
+    claims = uncertainty(record, summary.landing) if summary.landing else None
+    return claims if claims and (claims.fixes or claims.estimates) else None
 
 
 def _about(record: FlightRecord) -> str:
@@ -56,16 +84,14 @@ def _about(record: FlightRecord) -> str:
 
 
 def _verdict(record: FlightRecord, summary: FlightSummary) -> str:
-    line = summary_line(summary)
-    mark = "good" if summary.verdict.ok else "bad"
-    banner = f'<div class="verdict {mark}">{escape(line[0].upper() + line[1:])}</div>'
+    line = banner(summary_line(summary), good=summary.verdict.ok)
     if not record.provenance.defects:
-        return banner
+        return line
     defects = "".join(f"<li>{escape(defect)}</li>" for defect in record.provenance.defects)
-    return f'{banner}<div class="defects">The recording is not whole:<ul>{defects}</ul></div>'
+    return f'{line}<div class="defects">The recording is not whole:<ul>{defects}</ul></div>'
 
 
-def _numbers(summary: FlightSummary) -> str:
+def _numbers(summary: FlightSummary) -> list[tuple[str, str]]:
     numbers: list[tuple[str, str]] = []
     if summary.touchdown:
         numbers.append((length(summary.touchdown.error_m), "true error at touchdown"))
@@ -81,78 +107,94 @@ def _numbers(summary: FlightSummary) -> str:
     if summary.latency:
         total = summary.latency.total
         numbers.append((f"{total.p50_ms:.1f} ms", f"capture to setpoint (p99 {total.p99_ms:.1f} ms)"))
-    cards = "".join(f"<div><b>{escape(value)}</b><span>{escape(name)}</span></div>" for value, name in numbers)
-    return f'<div class="numbers">{cards}</div>' if cards else ""
+    return numbers
 
 
-def _plot(svg: str) -> str:
-    return f'<figure class="plot">{svg}</figure>'
-
-
-def _pictures(record: FlightRecord, summary: FlightSummary, paths: FlightPaths) -> Sequence[_Section]:
+def _flown(summary: FlightSummary, paths: FlightPaths, drawn: dict[str, str]) -> list[Section]:
     sections = []
-    if paths.navigated or paths.true:
-        side_m = float(record.setting("pad", "side_m", 1.0))
+    if "path" in drawn:
         about_path = (
             "The path that was really flown, the path that the autopilot believed in, and, around the pad, where each fix "
-            "and each estimate would have it: the tighter around the centre, the better. Large dots are from below 5 m."
+            "and each estimate would have it: the tighter around the centre, the better."
         )
         about_height = "Setpoints are what the commander asked of the autopilot, in the autopilot's own coordinates."
-        sections.append(_Section("Path", about_path, _plot(path_view(summary, paths, side_m))))
-        sections.append(_Section("Height and setpoints over time", about_height, _plot(height_view(summary, paths))))
-    sections.append(_moments_section(moments(record, summary, paths)))
-    errors = error_view(summary)
-    if errors is not None:
-        about_errors = (
-            "Each dot is one measurement of the pad against the truth at the time of capture; lines are medians."
-        )
-        sections.append(_Section("Error over height", about_errors, _plot(errors)))
-    if summary.latency:
-        about_latency = (
-            f"Mean over {summary.latency.setpoints} setpoints that a new estimate caused. Each bar begins where the one above "
-            "ends, so the last one ends at the mean time from the light to the setpoint."
-        )
-        picture = _plot(latency_view(summary.latency)) + tables.latency(summary)
-        sections.append(_Section("From the light to the setpoint", about_latency, picture))
+        sections.append(Section("Path", about_path, drawn["path"]))
+        sections.append(Section("Height and setpoints over time", about_height, drawn["height"]))
+    else:
+        sections.append(Section("Path", "The recording says nothing of where the vehicle or the pad was.", ""))
+    if summary.phases:
+        began = "descent" if paths.descended else "record"
+        about = f"When each phase of the mission began, and why. Times are from the beginning of the {began}."
+        sections.append(Section("Phases of the mission", about, phase_line(summary, paths)))
     return sections
 
 
-def _moments_section(shown: Sequence[Moment]) -> _Section:
+def _moments(shown: Sequence[Moment]) -> Section:
+    title = "What the camera saw"
     if not shown:
-        return _Section("What the camera saw", "The recording holds no picture in which the pad was found.", "")
+        return Section(title, "The recording holds no picture in which the pad was found.", "")
     figures = "".join(
         f'<figure><img alt="{escape(moment.caption)}" src="data:image/jpeg;base64,{moment.jpeg_base64}">'
         f"<figcaption>{escape(moment.caption)}</figcaption></figure>"
         for moment in shown
     )
     about = (
-        "Evenly in height from the first to the last sight of the pad. Green is what the detector found; the red dot marks "
-        "the upper left corner of the print. A small pad is shown magnified in a corner."
+        "Evenly in height from the first to the last sight of the pad; a small pad is shown magnified in a corner. The red "
+        "dot marks the upper left corner of the print."
     )
-    return _Section("What the camera saw", about, f'<div class="moments">{figures}</div>')
+    estimated, true = (any(moment.off_px[which] is not None for moment in shown) for which in (0, 1))
+    keys = [_key(DETECTED_BGR, "what the detector found")]
+    keys.append(_key(ESTIMATED_BGR, "where the newest estimate has the pad") if estimated else "no estimate yet")
+    keys.append(_key(TRUE_BGR, "where it truly is") if true else "no truth in the recording")
+    return Section(title, about, f'<p>{" &nbsp; ".join(keys)}</p><div class="moments">{figures}</div>')
 
 
-def _tables(record: FlightRecord, summary: FlightSummary, paths: FlightPaths) -> Sequence[_Section]:
-    sections = []
+def _key(colour_bgr: tuple[int, int, int], meaning: str) -> str:
+    blue, green, red = colour_bgr
+    return f'<span class="key" style="background:rgb({red},{green},{blue})"></span>{escape(meaning)}'
+
+
+def _measured(
+    summary: FlightSummary, paths: FlightPaths, drawn: dict[str, str], fates: FixFates, claims: Uncertainty | None
+) -> list[Section]:
+    sections = [_fixes(paths, drawn, fates)]
+    if claims is not None:
+        sections.append(Section("Uncertainty against error", uncertainty_words(claims), drawn["uncertainty"]))
+    else:
+        sections.append(Section("Uncertainty against error", "Neither a truth nor fixes enough to compare with.", ""))
+    if "error" in drawn:
+        about = "Each dot is one measurement of the pad against the truth at the time of capture; lines are medians."
+        sections.append(Section("Error over height", about, drawn["error"]))
     if summary.paper or summary.touchdown:
         about = (
             "The paper's best mode is its mean of five flights with the exponential law, mean window and correction."
         )
-        sections.append(_Section("In numbers", about, tables.measures(summary)))
-    if summary.phases:
-        about = "Times are from the beginning of the descent."
-        sections.append(_Section("Phases of the mission", about, tables.phases(summary, paths)))
-    if summary.detection:
-        about = "Only an accepted fix may steer; the others say why not. From the search for the pad to touchdown."
-        sections.append(_Section("What became of each frame", about, tables.fixes(summary)))
-    about = "What the services reported as wrong, in the whole recording."
-    sections.append(_Section("Incidents", about, tables.incidents(summary, paths)))
-    sections.append(_Section("Services", "Their last report of health.", tables.health(record, summary)))
+        sections.append(Section("In numbers", about, tables.measures(summary)))
     return sections
 
 
-def _details(record: FlightRecord) -> str:
-    return (
-        f"<details><summary>Versions</summary>{tables.versions(record)}</details>"
-        f"<details><summary>Settings</summary>{tables.settings(record)}</details>"
+def _fixes(paths: FlightPaths, drawn: dict[str, str], fates: FixFates) -> Section:
+    title = "What became of each fix"
+    if not fates.fates:
+        return Section(title, "There is no fix in the recording.", "")
+    about = (
+        "One stroke a fix, in the row of how far it came: refused by the geolocator, left out by the filter, refused by the "
+        f"commander, or flown. What the filter did is worked out again from the recorded fixes; {fates.repeated} of the "
+        f"{fates.estimates} recorded estimates come out the same to the last digit."
     )
+    return Section(title, about, drawn["fixes"] + fixes_table(fates) + fixes_list(fates, paths))
+
+
+def _services(record: FlightRecord, summary: FlightSummary, paths: FlightPaths, drawn: dict[str, str]) -> list[Section]:
+    sections = []
+    if summary.latency:
+        about = (
+            f"Mean over {summary.latency.setpoints} setpoints that a new estimate caused. Each bar begins where the one above "
+            "ends, so the last one ends at the mean time from the light to the setpoint."
+        )
+        sections.append(Section("From the light to the setpoint", about, drawn["latency"] + tables.latency(summary)))
+    about_health = "Each service's own account over the whole recording, about once a second; the landing is shaded."
+    sections.append(Section("Services", about_health, health_cards(record, summary, paths)))
+    about_incidents = "What the services reported as wrong, in the whole recording."
+    sections.append(Section("Incidents", about_incidents, tables.incidents(summary, paths)))
+    return sections

@@ -1,13 +1,9 @@
 """The report's tables, as HTML."""
 
-import json
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from schemas import topics
-from schemas.health import Health
 from station.flight_record import FlightRecord
-from station.metrics.incidents import IncidentKind
 from station.metrics.latency import Percentiles, Stage
 from station.metrics.summary import FlightSummary
 from station.metrics.text import length
@@ -15,14 +11,21 @@ from station.report.flight_path import FlightPaths, since_s
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], numeric: frozenset[int] = frozenset()) -> str:
-    """An HTML table; texts are escaped, the numeric columns stand to the right."""
+    """An HTML table; texts are escaped, the numeric columns stand to the right. On a phone each row is a block."""
+
+    def cell(tag: str, column: int, text: str) -> str:
+        mark = ' class="number"' if column in numeric else ""
+        name = f' data-head="{escape(head[column])}"' if tag == "td" else ""
+        return f"<{tag}{mark}{name}>{escape(text)}</{tag}>"
 
     def cells(tag: str, texts: Sequence[str]) -> str:
-        marks = (' class="number"' if column in numeric else "" for column in range(len(texts)))
-        return "".join(f"<{tag}{mark}>{escape(text)}</{tag}>" for text, mark in zip(texts, marks, strict=True))
+        return "".join(cell(tag, column, text) for column, text in enumerate(texts))
 
     body = "".join(f"<tr>{cells('td', row)}</tr>" for row in rows)
-    return f'<div class="wide"><table><thead><tr>{cells("th", head)}</tr></thead><tbody>{body}</tbody></table></div>'
+    return (
+        f'<div class="wide"><table class="stacked"><thead><tr>{cells("th", head)}</tr></thead>'
+        f"<tbody>{body}</tbody></table></div>"
+    )
 
 
 def measures(summary: FlightSummary) -> str:
@@ -59,21 +62,6 @@ def measures(summary: FlightSummary) -> str:
     return table(("measure", "this flight", "the paper's best mode", "what it is"), rows, frozenset({1, 2}))
 
 
-def phases(summary: FlightSummary, paths: FlightPaths) -> str:
-    """When each phase began, and why."""
-    rows = [
-        (
-            f"{since_s(span.began_at_ns, paths.origin_ns):+.2f} s",
-            span.phase.value,
-            f"{span.duration_s:.2f} s",
-            span.code,
-            span.reason,
-        )
-        for span in summary.phases
-    ]
-    return table(("began", "phase", "lasted", "code", "reason"), rows, frozenset({0, 2}))
-
-
 def latency(summary: FlightSummary) -> str:
     """The budget by service and stage, median and 99th percentile."""
     budget = summary.latency
@@ -93,24 +81,6 @@ def latency(summary: FlightSummary) -> str:
     rows.append(("the same without the detector's work", "", "", _p50_p99(budget.overhead)))
     head = ("p50 / p99 [ms]", "on the way to it", "waiting in the service", "at work")
     return table(head, rows, frozenset({1, 2, 3}))
-
-
-def fixes(summary: FlightSummary) -> str:
-    """What became of each frame."""
-    if summary.detection is None:
-        return ""
-    rows = [(verdict, str(count)) for verdict, count in summary.detection.fixes]
-    return table(("fix", "frames"), rows, frozenset({1}))
-
-
-def health(record: FlightRecord, summary: FlightSummary) -> str:
-    """Each service's last report."""
-    last = {report.service: report for report in record.messages(topics.HEALTH)}
-    restarts = [i.service for i in summary.incidents if i.kind is IncidentKind.RESTARTED]
-    rows = [_health_row(last[service], restarts.count(service)) for service in sorted(last)]
-    return table(
-        ("service", "up", "restarts", "reads", "refused", "dropped", "last complaint"), rows, frozenset({1, 2})
-    )
 
 
 def incidents(summary: FlightSummary, paths: FlightPaths) -> str:
@@ -133,19 +103,6 @@ def incidents(summary: FlightSummary, paths: FlightPaths) -> str:
 def versions(record: FlightRecord) -> str:
     """What made the recording."""
     return table(("name", "version"), sorted(record.provenance.versions.items()))
-
-
-def settings(record: FlightRecord) -> str:
-    """All settings, as JSON."""
-    return f"<pre>{escape(json.dumps(record.provenance.settings, indent=2))}</pre>"
-
-
-def _health_row(report: Health, restarts: int) -> tuple[str, ...]:
-    reads = ", ".join(f"{entry.topic} {entry.rate_hz:.0f} Hz" for entry in report.inputs)
-    refused = ", ".join(f"{entry.topic} {reason} {n}" for entry in report.inputs for reason, n in entry.refused.items())
-    dropped = ", ".join(f"{entry.topic} {entry.dropped}" for entry in report.inputs if entry.dropped)
-    complaint = "; ".join(report.complaints)
-    return (report.service, f"{report.uptime_s:.0f} s", str(restarts), reads, refused, dropped, complaint)
 
 
 def _p50_p99(time: Percentiles | None) -> str:

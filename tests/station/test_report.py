@@ -6,15 +6,21 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from synthetic_flight import Flight
+from synthetic_flight import RAW_ERROR_PER_M, Flight
 
 from schemas import topics
+from schemas.fix import FixVerdict
+from schemas.settings import Settings
 from station import report_command
 from station.flight_record import FlightRecord, Provenance, read_flight
 from station.metrics.summary import summarise
+from station.report.configuration import differences
 from station.report.error import ReportError
 from station.report.flight_path import flight_paths
 from station.report.moments import moments
+from station.report.page import pictures
+from station.report.palette import DARK, LIGHT
+from station.report.svg import texts_outside, texts_overlapping
 from station.report.write import write_report
 
 VOID = {"meta", "img", "br", "use", "path", "rect", "circle", "line"}
@@ -68,9 +74,9 @@ def test_the_page_is_whole_and_fetches_nothing(html):
     assert structure.fetched == []
     assert "@import" not in html and "url(http" not in html
     assert structure.headings == [
-        "Path", "Height and setpoints over time", "What the camera saw", "Error over height",
-        "From the light to the setpoint", "In numbers", "Phases of the mission", "What became of each frame",
-        "Incidents", "Services",
+        "Path", "Height and setpoints over time", "Phases of the mission", "What the camera saw",
+        "What became of each fix", "Uncertainty against error", "Error over height", "In numbers",
+        "From the light to the setpoint", "Services", "Incidents", "Configuration",
     ]  # fmt: skip
 
 
@@ -82,13 +88,62 @@ def test_the_page_says_what_happened(html):
 
 def test_pictures_follow_light_and_dark(html):
     drawings = re.findall(r"<svg.*?</svg>", html, flags=re.DOTALL)
-    assert len(drawings) == 4
+    assert len(drawings) > 12
     for drawing in drawings:
-        colours = set(re.findall(r"(?:fill|stroke): *([^;\"]+)", drawing))
+        colours = set(re.findall(r"(?:fill|stroke)[:=] *\"?([^;\"]+)", drawing))
         assert {colour for colour in colours if not colour.startswith("var(--")} <= {"none"}
     used = set(re.findall(r"var\((--[a-z-]+)\)", html))
     defined = set(re.findall(r"(--[a-z-]+):", html))
     assert used <= defined
+
+
+def test_every_fix_has_a_stroke_and_a_line(recording, html):
+    record = read_flight(recording)
+    part = summarise(record).landing
+    fixes = [
+        f for f in record.messages(topics.PAD_FIX) if part.looking_since_ns <= f.captured_at_ns <= part.ended_at_ns
+    ]
+    broad = re.search(r'<div class="broad"><svg[^>]*aria-label="Each fix.*?</svg>', html, flags=re.DOTALL)[0]
+    lanes = re.findall(r'<g id="fixes [^"]*">\s*<path d="([^"]*)"', broad)
+    assert sum(lane.count("M") for lane in lanes) == len(fixes)
+    assert f"All {len(fixes)} fixes, one a line" in html
+    listed = re.search(r"one a line</summary><pre>(.*?)</pre>", html, flags=re.DOTALL)[1].splitlines()
+    assert len(listed) == len(fixes)
+    assert sum("no_marker (no 5x5_1000 id 68 among 0 markers)" in line for line in listed) == sum(
+        fix.verdict is FixVerdict.NO_MARKER for fix in fixes
+    )
+
+
+@pytest.mark.parametrize("narrow", [False, True])
+def test_no_label_is_cut_or_covered(recording, narrow):
+    record = read_flight(recording)
+    for picture in pictures(record, summarise(record)):
+        with picture.drawn(narrow=narrow) as drawn:
+            assert (picture.name, texts_outside(drawn)) == (picture.name, [])
+            assert (picture.name, texts_overlapping(drawn)) == (picture.name, [])
+
+
+@pytest.mark.parametrize("scheme", [LIGHT, DARK])
+def test_colours_stand_out_from_their_ground(scheme):
+    for ground in (scheme.card, scheme.paper):
+        for text in (scheme.ink, scheme.muted, scheme.estimate, scheme.bad_text):
+            assert contrast(text, ground) >= 4.5
+        for name in ("truth", "navigated", "setpoint", "raw", "corrected", "estimate", "camera", "bad", "good"):
+            assert contrast(getattr(scheme, name), ground) >= 3.0, name
+    for verdict in (scheme.good, scheme.bad):
+        assert contrast(scheme.on_verdict, verdict) >= 4.5
+
+
+def contrast(one: str, other: str) -> float:
+    """WCAG 2.2, contrast ratio."""
+
+    def luminance(colour: str) -> float:
+        parts = [int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)]
+        red, green, blue = (part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts)
+        return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+    lighter, darker = sorted((luminance(one), luminance(other)), reverse=True)
+    return (lighter + 0.05) / (darker + 0.05)
 
 
 def test_ids_inside_the_pictures_do_not_collide(html):
@@ -113,13 +168,35 @@ def test_five_moments_evenly_in_height_with_the_detection_drawn_in(recording):
     np.testing.assert_allclose(heights_m, np.linspace(heights_m[0], heights_m[-1], 5), atol=1.0)
 
 
+def test_estimate_and_truth_are_drawn_where_the_pad_is_seen(recording):
+    record = read_flight(recording)
+    summary = summarise(record)
+    shown = moments(record, summary, flight_paths(record, summary))
+    # The made-up fixes have a raw error that the made-up pictures do not show; off the picture's middle its height counts, too.
+    off_px = 293.0 * RAW_ERROR_PER_M * np.hypot(1.0, 0.5)
+    for moment in shown:
+        by_estimate_px, by_truth_px = moment.off_px
+        assert by_truth_px == pytest.approx(0.0, abs=0.1)
+        assert by_estimate_px == pytest.approx(off_px, abs=5.0)
+    assert "truth 0.0 px off" in shown[-1].caption
+
+
+def test_settings_that_differ_come_with_their_defaults():
+    assert differences({"seed": 7, "filter": {"method": "mean", "window_length": 9}, "gone": {"key": 1}}) == [
+        ("seed", "7", "0"),
+        ("filter.window_length", "9", "5"),
+        ("gone.key", "1", "unknown"),
+    ]
+    assert differences(Settings().model_dump(mode="json")) == []
+
+
 @pytest.mark.parametrize(
     ("flight", "verdict", "headings"),
     [
         (
             Flight(abort_at_s=8.0),
             "The landing did not end on the ground: ended in aborted",
-            {"Path", "Error over height"},
+            {"Path", "Error over height", "What became of each fix"},
         ),
         (Flight(abort_at_s=1.0), "The descent never began: ended in aborted", {"Path", "Phases of the mission"}),
         (Flight(with_truth=False), "(by its own estimate)", {"Path", "In numbers"}),
@@ -139,7 +216,9 @@ def test_an_empty_recording_has_a_report_too(tmp_path):
     record = FlightRecord([], Provenance(defects=("flight.mcap was not finished",)))
     write_report(record, summarise(record), tmp_path / "report.html")
     html = (tmp_path / "report.html").read_text()
-    assert "mission status is not in the recording" in html and "flight.mcap was not finished" in html
+    for text in ("mission status is not in the recording", "flight.mcap was not finished", "no fix in the recording",
+                 "nothing of where the vehicle", "No service&#x27;s health", "holds no settings", "Neither a truth"):  # fmt: skip
+        assert text in html.replace("No service's", "No service&#x27;s")
 
 
 def test_words_from_the_flight_cannot_become_markup(tmp_path):

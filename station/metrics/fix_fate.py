@@ -1,0 +1,186 @@
+"""What became of each fix: refused by the geolocator, left out by the filter, refused by the commander, or flown.
+
+The filter does not say of each fix what it did with it, nor the commander of each estimate. Both are pure, so that they
+are asked again: the filter with the recorded messages, the commander's gate with the recorded estimates.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from alight.runtime.clock import nanoseconds
+from alight.runtime.node import Arrival, Node, Publication
+from schemas import topics
+from schemas.estimate import PadEstimate
+from schemas.fix import FixVerdict, PadFix
+from schemas.message import Message
+from schemas.mission import Phase, Verb
+from schemas.settings import Settings
+from schemas.topics import Topic
+from services.commander.estimate_gate import EstimateGate, Verdict
+from services.filter.service import build as build_filter
+from station.flight_record import FlightRecord
+from station.metrics.phases import PhaseSpan
+
+_USED = "fix_used"
+_OUTLIER = "fix_outlier"
+_BELONGS_WITHIN_NS = nanoseconds(2.0)
+"""A fix that no estimate followed for this long is in none."""
+
+
+class Fate(StrEnum):
+    """How far a fix came."""
+
+    STEERED = "steered by"
+    """A setpoint followed from the first estimate with it."""
+    USED = "used, not steered by"
+    """In an estimate that the commander accepted, but no setpoint was due."""
+    NO_ESTIMATE = "in no estimate"
+    """The filter took it, and released nothing afterwards."""
+    COMMANDER = "refused by the commander"
+    FILTER = "left out by the filter"
+    GEOLOCATOR = "refused by the geolocator"
+    UNKNOWN = "accepted, then unknown"
+    """The recording lacks the settings that say what the filter did."""
+
+
+@dataclass(frozen=True)
+class FixFate:
+    """One fix and what became of it."""
+
+    captured_at_ns: int
+    fate: Fate
+    reason: str
+    """The stable name of the verdict of who refused it, or the phase of the mission."""
+    detail: str = ""
+    """In words, where the geolocator gave any."""
+
+
+@dataclass(frozen=True)
+class FixFates:
+    """All fixes of a flight."""
+
+    fates: tuple[FixFate, ...]
+    """In the order of recording."""
+    estimates: int
+    """How many estimates are recorded."""
+    repeated: int
+    """How many of them the filter, asked again, releases to the last digit; fewer mean that it had forgotten or missed something."""
+
+    def within(self, began_at_ns: int, ended_at_ns: int) -> "FixFates":
+        """The fixes captured between two times, UTC ns."""
+        chosen = tuple(fate for fate in self.fates if began_at_ns <= fate.captured_at_ns <= ended_at_ns)
+        return FixFates(chosen, self.estimates, self.repeated)
+
+
+def fix_fates(record: FlightRecord, spans: Sequence[PhaseSpan]) -> FixFates:
+    """Follow every fix of a recording."""
+    settings = _settings(record)
+    fixes = record.messages(topics.PAD_FIX)
+    estimates = {estimate.captured_at_ns: estimate for estimate in record.messages(topics.PAD_ESTIMATE)}
+    if settings is None:
+        return FixFates(tuple(_unknown(fix) for fix in fixes), len(estimates), 0)
+    filtered, released = _ask_filter(record, build_filter(settings))
+    later = _Later(record, settings, spans)
+    fates = tuple(_fate(fix, filtered.get(fix.captured_at_ns, ""), later) for fix in fixes)
+    repeated = sum(
+        released[at_ns].position == estimate.position for at_ns, estimate in estimates.items() if at_ns in released
+    )
+    return FixFates(fates, len(estimates), repeated)
+
+
+def _settings(record: FlightRecord) -> Settings | None:
+    if not record.provenance.settings:
+        return None
+    try:
+        return Settings.model_validate(record.provenance.settings)
+    except ValidationError:
+        return None
+
+
+def _unknown(fix: PadFix) -> FixFate:
+    refused = fix.verdict is not FixVerdict.ACCEPTED
+    return FixFate(fix.captured_at_ns, Fate.GEOLOCATOR if refused else Fate.UNKNOWN, fix.verdict.value, fix.detail)
+
+
+def _fate(fix: PadFix, filtered: str, later: "_Later") -> FixFate:
+    if fix.verdict is not FixVerdict.ACCEPTED:
+        return FixFate(fix.captured_at_ns, Fate.GEOLOCATOR, fix.verdict.value, fix.detail)
+    if filtered != _USED:
+        return FixFate(fix.captured_at_ns, Fate.FILTER, filtered or "not_counted")
+    return later.fate(fix.captured_at_ns)
+
+
+def _ask_filter(record: FlightRecord, node: Node) -> tuple[dict[int, str], dict[int, PadEstimate]]:
+    """What the filter counted each fix as, by capture time, and the estimates that it releases."""
+    counted: dict[int, str] = {}
+    released: dict[int, PadEstimate] = {}
+    for topic, message, heard_ns in _in_order(record, node.subscriptions):
+        before = dict(node.counters())
+        outputs = node.on_message(Arrival(topic, message, heard_ns, heard_ns))
+        for output in outputs:
+            if isinstance(output, Publication) and isinstance(output.message, PadEstimate):
+                released[output.message.captured_at_ns] = output.message
+        if isinstance(message, PadFix):
+            counted[message.captured_at_ns] = _counted_as(before, node.counters())
+    return counted, released
+
+
+def _counted_as(before: Mapping[str, int], after: Mapping[str, int]) -> str:
+    """The counter of fixes that rose; a fix in the first window may sink with others that are outliers."""
+    risen = [name for name, count in after.items() if name.startswith("fix_") and count > before.get(name, 0)]
+    return _OUTLIER if _OUTLIER in risen else next(iter(risen), _USED)
+
+
+def _in_order(record: FlightRecord, wanted: Sequence[Topic[Any]]) -> Iterator[tuple[Topic[Any], Message, int]]:
+    heard = [(logged.logged_at_ns, topic, logged.message) for topic in wanted for logged in record.logged(topic)]
+    for heard_ns, topic, message in sorted(heard, key=lambda one: one[0]):
+        yield topic, message, heard_ns
+
+
+class _Later:
+    """What became of a fix after the filter."""
+
+    def __init__(self, record: FlightRecord, settings: Settings, spans: Sequence[PhaseSpan]) -> None:
+        self._spans = spans
+        self._steered = {setpoint.captured_at_ns for setpoint in record.messages(topics.SETPOINT) if setpoint.fresh}
+        self._verdicts = _ask_gate(record, EstimateGate(settings.commander.gate))
+        self._estimates_ns = np.array(sorted(self._verdicts), np.int64)
+
+    def fate(self, captured_at_ns: int) -> FixFate:
+        """The fate of a fix that the filter used."""
+        index = int(np.searchsorted(self._estimates_ns, captured_at_ns))
+        late = index == len(self._estimates_ns) or self._estimates_ns[index] - captured_at_ns > _BELONGS_WITHIN_NS
+        if late:
+            return FixFate(captured_at_ns, Fate.NO_ESTIMATE, "none_released")
+        estimate_ns = int(self._estimates_ns[index])
+        if estimate_ns in self._steered:
+            return FixFate(captured_at_ns, Fate.STEERED, self._phase(captured_at_ns))
+        verdict = self._verdicts[estimate_ns]
+        if verdict is not Verdict.ACCEPTED:
+            return FixFate(captured_at_ns, Fate.COMMANDER, verdict.value)
+        return FixFate(captured_at_ns, Fate.USED, self._phase(captured_at_ns))
+
+    def _phase(self, at_ns: int) -> str:
+        begun = [span.phase for span in self._spans if span.began_at_ns <= at_ns]
+        return (begun[-1] if begun else Phase.IDLE).value
+
+
+def _ask_gate(record: FlightRecord, gate: EstimateGate) -> dict[int, Verdict]:
+    """The gate's verdict on each estimate, by capture time; it begins anew when a landing is asked for."""
+    verdicts: dict[int, Verdict] = {}
+    state = None
+    asked = {request.request_id for request in record.messages(topics.REQUEST) if request.verb is Verb.LAND}
+    wanted = (topics.VEHICLE_STATE, topics.REPLY, topics.PAD_ESTIMATE)
+    for topic, message, _ in _in_order(record, wanted):
+        if topic is topics.VEHICLE_STATE:
+            state = message
+        elif topic is topics.PAD_ESTIMATE:
+            verdicts[message.captured_at_ns] = gate.offer(message, state)  # type: ignore[attr-defined, arg-type]
+        elif message.accepted and message.request_id in asked:  # type: ignore[attr-defined]
+            gate.forget()
+    return verdicts
