@@ -135,7 +135,9 @@ def _merge(
 def _explain(error: ValidationError, origin: Mapping[tuple[str, ...], str]) -> str:
     first = error.errors(include_url=False)[0]
     key = tuple(str(part) for part in first["loc"])
-    source = next((origin[key[:length]] for length in range(len(key), 0, -1) if key[:length] in origin), "settings")
+    within = [source for known, source in origin.items() if known[: len(key)] == key]
+    around = [origin[key[:length]] for length in range(len(key), 0, -1) if key[:length] in origin]
+    source = next(iter((*around, *within)), "settings")
     dotted = ".".join(key)
     if first["type"] == "extra_forbidden":
         return f"{source}: {dotted} is no setting; {_nearest(key)}"
