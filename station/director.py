@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from alight.markers.layout import layout_from
 from alight.runtime.clock import nanoseconds, seconds
 from alight.runtime.node import Arrival, Node, Output, Publication
 from schemas import topics
@@ -85,6 +86,7 @@ class FlightDirector(Node):
         self.failure: str | None = None
         """Why the flight failed; None while it goes on, and after a good one."""
         self._settings = settings
+        self._layout = layout_from(settings.pad)
         self._plan = plan
         self._started_ns: int | None = None
         self._pending: MissionRequest | None = None
@@ -216,10 +218,9 @@ class FlightDirector(Node):
         return iter(())
 
     def _on_detection(self, arrival: Arrival[Detection]) -> Iterator[Output]:
-        pad = self._settings.pad
         self.view.frames_seen += 1
         self.view.frames_with_pad += any(
-            marker.id == pad.id and marker.family == pad.family for marker in arrival.message.markers
+            self._layout.find(marker.family, marker.id) is not None for marker in arrival.message.markers
         )
         return iter(())
 

@@ -6,6 +6,7 @@ import sys
 from datetime import UTC, datetime
 from pathlib import Path
 
+from alight.markers.layout import layout_from
 from alight.runtime.bus import BusError
 from alight.runtime.logs import configure_logs
 from alight.runtime.settings_file import SettingsError
@@ -140,9 +141,7 @@ def _fly(settings: Settings, arguments: argparse.Namespace, out: Path) -> int:
     (out / "logs").mkdir(parents=True, exist_ok=True)
     configure_logs("station", out / "logs" / "station.jsonl")
     plan = _plan(settings, arguments)
-    print(
-        f"Alight: landing on marker {settings.pad.family} id {settings.pad.id}, side {settings.pad.side_m:g} m; writing {out}"
-    )
+    print(f"Alight: landing on {_pad_text(settings)}; writing {out}")
     if arguments.lockstep:
         flown = fly_lockstep(settings, plan, _print_progress)
         print(
@@ -154,6 +153,13 @@ def _fly(settings: Settings, arguments: argparse.Namespace, out: Path) -> int:
         settings_file.write_text(settings.model_dump_json(indent=2), encoding="utf-8")
         outcome = fly_live(settings, plan, _services(settings, arguments), settings_file, out / "logs")
     return conclude(outcome, out)
+
+
+def _pad_text(settings: Settings) -> str:
+    layout = layout_from(settings.pad)
+    largest, others = layout.markers[0], len(layout.markers) - 1
+    text = f"marker {largest.family} id {largest.id}, side {largest.side_m:g} m"
+    return f"pad {layout.name}: {text}, and {others} smaller" if others else text
 
 
 def conclude(outcome: LiveOutcome, out: Path) -> int:

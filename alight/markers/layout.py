@@ -71,9 +71,30 @@ class PadLayout:
         """The marker families on it, each once, that of the largest marker first."""
         return tuple(dict.fromkeys(marker.family for marker in self.markers))
 
+    def levels(self) -> tuple[tuple[PlacedMarker, ...], ...]:
+        """The markers by how many others they lie on, the undermost first.
+
+        OpenCV gives up a marker as soon as it has read one inside it, so a detector of its kind has to look for one level at a time.
+        """
+        depth: dict[PlacedMarker, int] = {}
+        for marker in self.markers:
+            under = [level for other, level in depth.items() if _lies_on(marker, other)]
+            depth[marker] = 1 + max(under, default=-1)
+        return tuple(
+            tuple(marker for marker in self.markers if depth[marker] == level)
+            for level in range(max(depth.values()) + 1)
+        )
+
     def find(self, family: str, number: int) -> PlacedMarker | None:
         """The marker of that family and number; None if the pad has none."""
         return next((marker for marker in self.markers if (marker.family, marker.id) == (family, number)), None)
+
+
+def _lies_on(marker: PlacedMarker, larger: PlacedMarker) -> bool:
+    """Whether its middle is inside the other's outer edge."""
+    x_m, y_m = marker.x_m - larger.x_m, marker.y_m - larger.y_m
+    c, s = math.cos(larger.rotation_rad), math.sin(larger.rotation_rad)
+    return max(abs(c * x_m + s * y_m), abs(c * y_m - s * x_m)) < larger.side_m / 2.0
 
 
 def layout_from(pad: PadSettings) -> PadLayout:

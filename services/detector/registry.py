@@ -3,9 +3,11 @@
 from collections.abc import Callable, Mapping
 
 from alight.markers.family import dictionary
+from alight.markers.layout import layout_from
 from schemas.settings import Settings
 from services.detector.aruco import ArucoBackend
 from services.detector.detector import Detector, WantedMarker
+from services.detector.nested_aruco import NestedAruco
 
 
 class UnknownDetectorError(ValueError):
@@ -13,7 +15,9 @@ class UnknownDetectorError(ValueError):
 
 
 def _aruco(settings: Settings) -> Detector:
-    pad = settings.pad
+    pad, layout = settings.pad, layout_from(settings.pad)
+    if pad.layout:
+        return NestedAruco(layout, settings.detector.aruco)
     return ArucoBackend(dictionary(pad.family), pad.family, settings.detector.aruco, WantedMarker(pad.family, pad.id))
 
 
