@@ -6,7 +6,7 @@ import argparse
 def add_actions(command: argparse.ArgumentParser) -> None:
     """Describe `alight recording` and its actions."""
     actions = command.add_subparsers(title="actions", metavar="ACTION", required=True)
-    for add in (_add_info,):
+    for add in (_add_info, _add_import):
         add(actions)
 
 
@@ -17,3 +17,12 @@ def _add_info(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     action = actions.add_parser("info", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
     info.add_arguments(action)
     action.set_defaults(run=info.run)
+
+
+def _add_import(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    from station.recording_import import command  # noqa: PLC0415
+
+    meaning = "make a recording of an autopilot's log and a video"
+    action = actions.add_parser("import", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
+    command.add_arguments(action)
+    action.set_defaults(run=command.run)
