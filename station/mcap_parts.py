@@ -1,7 +1,6 @@
 """Reads the MCAP files of one flight front to back, without trusting their index: a crash may have left none."""
 
-import base64
-import json
+import re
 import struct
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -9,13 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
-import cv2
-import numpy as np
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, Chunk, Footer, McapRecord, Metadata
 from mcap.records import Message as McapMessage
 from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.writer import MCAP0_MAGIC
 from pydantic import ValidationError
 
 from alight.runtime.node import Pixels
@@ -24,6 +22,8 @@ from schemas.message import Message
 from schemas.topics import Topic
 from services.recorder import layout
 from station.migration.chain import MigrationError, migrated, recorded_as
+from station.part_story import PartStory, missing
+from station.recorded_picture import decoded_picture
 
 _LONGEST_RECORD_BYTES = 2**30
 _RECORD_HEAD_BYTES = 9
@@ -88,14 +88,10 @@ class PictureStore:
     def picture(self, captured_at_ns: int) -> Pixels | None:
         """Decode one picture; None if there is none or it is damaged."""
         stored = self.stored(captured_at_ns)
-        if stored is None:
-            return None
-        compressed = base64.b64decode(json.loads(stored)["data"])
-        decoded = cv2.imdecode(np.frombuffer(compressed, np.uint8), cv2.IMREAD_UNCHANGED)
-        return None if decoded is None else np.asarray(decoded, np.uint8)
+        return None if stored is None else decoded_picture(stored)
 
     def stored(self, captured_at_ns: int) -> bytes | None:
-        """One picture as it lies in the file, JSON text of a foxglove.CompressedImage; None if there is none."""
+        """One picture as it lies in the file, for `decoded_picture`; None if there is none."""
         place = self._places.get(captured_at_ns)
         if place is None:
             return None
@@ -122,9 +118,9 @@ class PartsReader:
         """
         if not path.is_file():
             raise FlightRecordError(f"{path}: no such recording; give a flight's folder or its .mcap file")
-        self._parts = _parts(path)
+        self.parts = [PartStory(file, number) for number, file in _parts(path)]
+        """The files, in order; their stories are complete after `messages` or `stored` is through."""
         self._unreadable: Counter[str] = Counter()
-        self._broken: list[str] = []
         self.versions: dict[str, str] = {}
         self.settings: bytes | None = None
         self.pictures: dict[int, PicturePlace] = {}
@@ -139,56 +135,61 @@ class PartsReader:
 
     def stored(self) -> Iterator[StoredMessage]:
         """Everything that is whole, in file order, without reading what it says."""
-        for path in self._parts:
-            with path.open("rb") as file:
+        for part in self.parts:
+            with part.path.open("rb") as file:
                 channels: dict[int, Channel] = {}
-                for offset, record in self._records(file, path):
+                for offset, record in self._records(file, part):
                     if isinstance(record, Chunk):
-                        yield from self._chunk(record, channels, path, offset)
+                        yield from self._chunk(record, channels, part, offset)
                     else:
-                        self._note(record)
+                        self._note(record, part)
 
     def defects(self) -> Iterator[str]:
-        """What is wrong, in words; complete after `messages` is through."""
-        yield from self._broken
+        """What is wrong or missing, in words; complete after `messages` is through."""
+        yield from missing(self.parts)
         for name, count in sorted(self._unreadable.items()):
             yield f"{count} messages of {name} cannot be read by this version"
 
-    def _records(self, file: IO[bytes], path: Path) -> Iterator[tuple[int, McapRecord]]:
+    def _records(self, file: IO[bytes], part: PartStory) -> Iterator[tuple[int, McapRecord]]:
         reader = StreamReader(file, emit_chunks=True, record_size_limit=_LONGEST_RECORD_BYTES).records
         offset, finished = 0, False
         while not finished:
             try:
                 record = next(reader)
             except (*_DAMAGE, StopIteration) as error:
-                if offset == 0:
-                    raise FlightRecordError(f"{path}: not an MCAP recording ({error})") from error
-                self._broken.append(f"{path.name} was not finished: what follows its last whole chunk is lost")
+                if offset == 0 and not _is_barely_begun(part.path):
+                    raise FlightRecordError(f"{part.path}: not an MCAP recording ({error})") from error
+                part.defects.append(f"{part.path.name} was not finished: what follows its last whole chunk is lost")
                 return
             end = file.tell()
             yield offset, record
             offset, finished = end, isinstance(record, Footer)
 
-    def _note(self, record: McapRecord) -> None:
-        if isinstance(record, Metadata) and record.name == layout.PROVENANCE:
-            self.versions = record.metadata
+    def _note(self, record: McapRecord, part: PartStory) -> None:
+        if isinstance(record, Metadata):
+            part.note_metadata(record.name, record.metadata)
+            if record.name == layout.PROVENANCE:
+                self.versions = record.metadata
         if isinstance(record, Attachment) and record.name == layout.SETTINGS_ATTACHMENT:
             self.settings = record.data
 
-    def _chunk(self, chunk: Chunk, channels: dict[int, Channel], path: Path, offset: int) -> Iterator[StoredMessage]:
+    def _chunk(
+        self, chunk: Chunk, channels: dict[int, Channel], part: PartStory, offset: int
+    ) -> Iterator[StoredMessage]:
         try:
             records = breakup_chunk(chunk, validate_crc=True)
         except _DAMAGE:
-            self._broken.append(f"{path.name} has a damaged chunk at byte {offset}")
+            part.defects.append(f"{part.path.name} has a damaged chunk at byte {offset}")
             return
+        part.note_chunk(chunk.message_start_time, chunk.message_end_time)
         for number, record in enumerate(records):
             if isinstance(record, Channel):
-                _check_version(record, path)
+                _check_version(record, part.path)
                 channels[record.id] = record
             elif isinstance(record, McapMessage) and record.channel_id in channels:
                 channel = channels[record.channel_id]
                 if channel.topic.endswith(f"/{layout.IMAGE}"):
-                    self.pictures[record.publish_time] = PicturePlace(path, offset, number)
+                    self.pictures[record.publish_time] = PicturePlace(part.path, offset, number)
                 else:
                     yield from self._message(channel, record)
 
@@ -219,8 +220,14 @@ def _of_this_version(topic: Topic[Any], channel: Channel, data: bytes) -> bytes 
         return None
 
 
-def _parts(path: Path) -> list[Path]:
-    found = [path]
-    while (following := layout.part(path, len(found) + 1)).is_file():
-        found.append(following)
-    return found
+def _is_barely_begun(path: Path) -> bool:
+    """Whether a recorder was ended before it had written the first record."""
+    with path.open("rb") as file:
+        return MCAP0_MAGIC.startswith(file.read(len(MCAP0_MAGIC)))
+
+
+def _parts(path: Path) -> list[tuple[int, Path]]:
+    """The numbers and files of a recording that begins with `path`; a number that is missing was removed."""
+    pattern = re.compile(rf"{re.escape(path.stem)}_(\d+)")
+    beside = ((pattern.fullmatch(file.stem), file) for file in path.parent.glob(f"*{path.suffix}"))
+    return sorted([(1, path), *((int(match[1]), file) for match, file in beside if match)])
