@@ -4,10 +4,17 @@ import sys
 
 from station.bench.campaign import bench_campaign
 from station.bench.lockstep import bench_lockstep
+from station.bench.nested import bench_nested
 from station.bench.overhead import bench_overhead
 from station.bench.stages import bench_stages
 
-BENCHES = {"overhead": bench_overhead, "stages": bench_stages, "lockstep": bench_lockstep, "campaign": bench_campaign}
+BENCHES = {
+    "overhead": bench_overhead,
+    "stages": bench_stages,
+    "lockstep": bench_lockstep,
+    "campaign": bench_campaign,
+    "nested": bench_nested,
+}
 
 
 def main() -> int:
