@@ -8,17 +8,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from alight.markers.layout import layout_from
 from alight.runtime.clock import nanoseconds, seconds
 from alight.runtime.node import Arrival, Node, Output, Publication
 from schemas import topics
-from schemas.detection import Detection
-from schemas.estimate import PadEstimate
+from schemas.fix import FixVerdict
 from schemas.health import Health
 from schemas.message import Vector3
 from schemas.mission import MissionReply, MissionRequest, MissionStatus, Phase, Verb
 from schemas.settings import Settings
-from schemas.truth import GroundTruth
 from schemas.vehicle import FlightMode, LandedState, VehicleStatus
 
 ASK_AGAIN_S = 1.0
@@ -66,11 +63,12 @@ class View:
 
     mission: MissionStatus | None = None
     vehicle: VehicleStatus | None = None
-    estimate: PadEstimate | None = None
-    truth: GroundTruth | None = None
     health: dict[str, Health] = field(default_factory=dict)
     frames_seen: int = 0
+    """Detections that reached the geolocator since its start, by its health report. The detections themselves are not read
+    here: every further reader of a topic makes the others wait."""
     frames_with_pad: int = 0
+    """Those that showed the pad."""
 
 
 class FlightDirector(Node):
@@ -86,7 +84,6 @@ class FlightDirector(Node):
         self.failure: str | None = None
         """Why the flight failed; None while it goes on, and after a good one."""
         self._settings = settings
-        self._layout = layout_from(settings.pad)
         self._plan = plan
         self._started_ns: int | None = None
         self._pending: MissionRequest | None = None
@@ -99,10 +96,7 @@ class FlightDirector(Node):
         self.subscribe(topics.MISSION_STATUS, self._on_mission)
         self.subscribe(topics.VEHICLE_STATUS, self._on_vehicle)
         self.subscribe(topics.REPLY, self._on_reply)
-        self.subscribe(topics.DETECTION, self._on_detection)
-        self.subscribe(topics.PAD_ESTIMATE, self._on_estimate)
         self.subscribe(topics.HEALTH, self._on_health)
-        self.subscribe(topics.GROUND_TRUTH, self._on_truth)
 
     @property
     def over(self) -> bool:
@@ -205,23 +199,14 @@ class FlightDirector(Node):
             self._mode_before_gap = before.mode
         return iter(())
 
-    def _on_estimate(self, arrival: Arrival[PadEstimate]) -> Iterator[Output]:
-        self.view.estimate = arrival.message
-        return iter(())
-
-    def _on_truth(self, arrival: Arrival[GroundTruth]) -> Iterator[Output]:
-        self.view.truth = arrival.message
-        return iter(())
-
     def _on_health(self, arrival: Arrival[Health]) -> Iterator[Output]:
-        self.view.health[arrival.message.service] = arrival.message
-        return iter(())
-
-    def _on_detection(self, arrival: Arrival[Detection]) -> Iterator[Output]:
-        self.view.frames_seen += 1
-        self.view.frames_with_pad += any(
-            self._layout.find(marker.family, marker.id) is not None for marker in arrival.message.markers
-        )
+        health = arrival.message
+        self.view.health[health.service] = health
+        if health.service == "geolocator":
+            self.view.frames_seen = sum(
+                entry.received for entry in health.inputs if entry.topic == topics.DETECTION.name
+            )
+            self.view.frames_with_pad = self.view.frames_seen - health.counters.get(f"fix_{FixVerdict.NO_MARKER}", 0)
         return iter(())
 
     def _ask_landing(self, now_ns: int) -> Iterator[Output]:

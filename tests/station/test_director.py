@@ -7,7 +7,7 @@ import pytest
 from alight.runtime.clock import NS_PER_S, nanoseconds
 from alight.runtime.node import Arrival, Publication
 from schemas import topics
-from schemas.detection import Detection
+from schemas.health import Health, InputHealth
 from schemas.message import Message
 from schemas.mission import MissionReply, MissionRequest, MissionStatus, Phase, Verb
 from schemas.settings import Settings
@@ -52,8 +52,19 @@ class Stage:
         )
         self.hear(topics.MISSION_STATUS, status)
 
-    def detection(self) -> None:
-        self.hear(topics.DETECTION, Detection(captured_at_ns=self.now_ns, frame_sequence=0, detector="x"))
+    def detections(self, seen: int = 30, without_pad: int = 0) -> None:
+        arrived = InputHealth(topic="detector/detection", received=seen, rate_hz=30, dropped=0, refused={}, stale=False)
+        health = Health(
+            at_ns=self.now_ns,
+            service="geolocator",
+            pid=1,
+            uptime_s=1.0,
+            inputs=(arrived,),
+            outputs=(),
+            counters={"fix_no_marker": without_pad},
+            complaints=(),
+        )
+        self.hear(topics.HEALTH, health)
 
     def reply(self, accepted: bool = True) -> None:
         request_id = self.asked[-1].request_id
@@ -62,7 +73,7 @@ class Stage:
     def all_there(self, landed: LandedState = LandedState.IN_AIR) -> None:
         self.vehicle(landed)
         self.mission(Phase.IDLE)
-        self.detection()
+        self.detections()
         self.tick(0.1)
 
     @property
@@ -78,6 +89,24 @@ def test_what_is_in_the_air_is_landed_without_more_ado() -> None:
     stage.mission(Phase.ACQUIRE)
     stage.mission(Phase.LANDED)
     assert stage.director.over and stage.director.failure is None
+
+
+def test_nothing_is_asked_before_detections_reach_the_geolocator() -> None:
+    stage = Stage()
+    stage.vehicle()
+    stage.mission(Phase.IDLE)
+    stage.detections(seen=0)
+    stage.tick(1.0)
+    assert stage.verbs == []
+    stage.detections(seen=1, without_pad=1)
+    stage.tick(0.1)
+    assert stage.verbs == [Verb.LAND]
+
+
+def test_it_knows_how_many_frames_showed_the_pad() -> None:
+    stage = Stage()
+    stage.detections(seen=40, without_pad=10)
+    assert (stage.director.view.frames_seen, stage.director.view.frames_with_pad) == (40, 30)
 
 
 def test_it_takes_off_only_if_the_plan_says_so() -> None:
@@ -105,14 +134,14 @@ def test_an_unanswered_request_is_repeated_under_the_same_id() -> None:
 
 @pytest.mark.parametrize(
     ("missing", "complaint"),
-    [("mission", "no commander"), ("vehicle", "no vehicle"), ("detection", "no detections")],
+    [("mission", "no commander"), ("vehicle", "no vehicle"), ("detections", "no detections")],
 )
 def test_what_does_not_come_is_named(missing: str, complaint: str) -> None:
     stage = Stage()
     present: dict[str, Callable[[], None]] = {
         "mission": lambda: stage.mission(Phase.IDLE),
         "vehicle": stage.vehicle,
-        "detection": stage.detection,
+        "detections": stage.detections,
     }
     for name, hear in present.items():
         if name != missing:
