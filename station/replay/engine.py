@@ -101,7 +101,9 @@ class Engine:
     def _step(self, cursor: Cursor) -> None:
         entry, number = cursor.take()
         if entry.kind is EntryKind.MESSAGE:
-            self._give_message(cursor, entry, number)
+            # Without a journal a node is guessed to be given all that its service may read; what it does not want it never got.
+            if topics.BY_NAME.get(entry.source) in cursor.node.subscriptions:
+                self._give_message(cursor, entry, number)
         elif entry.kind is EntryKind.TICK:
             cursor.note(entry, Origin.RECORDED)
             self._collect(cursor, entry, cursor.node.on_tick(entry.now_ns))
