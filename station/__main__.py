@@ -21,6 +21,7 @@ Five small processes pass messages to each other (Zenoh; on one machine or on se
 start here:
   alight fly                 land a simulated drone, write a recording and a report with pictures
   alight fly --help          wind, seeds, the paper's flights, a PX4 SITL, a real vehicle
+  alight campaign SPEC.toml  many simulated landings, and how many of them went well
   alight detect IMAGE...     what the detector sees in your own pictures
 
 in flight, from any machine on the bus:

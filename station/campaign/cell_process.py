@@ -15,6 +15,8 @@ from station.campaign.flight_task import FlightTask
 from station.campaign.row import CRASHED, TIMED_OUT, Row, failed_row
 
 _START_LIMIT_S = 120.0
+_STARTS = 3
+"""How often a cell is started before there can be none: it may be ended from outside while it starts, too."""
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 """One flight, one core: more threads would wait for each other."""
 
@@ -85,26 +87,27 @@ class CellProcess:
     def _running(self) -> subprocess.Popen[bytes]:
         if self._process is not None and self._process.poll() is None:
             return self._process
+        for _ in range(_STARTS):
+            self.close()
+            self._process = self._started()
+            with contextlib.suppress(TimeoutError):
+                if first := self._line(_START_LIMIT_S):
+                    self.software = json.loads(first)["software"]
+                    return self._process
+        reason = self._last_words()
         self.close()
+        raise CellError(f"no flight can be flown here: {reason}")
+
+    def _started(self) -> subprocess.Popen[bytes]:
         self._unread = b""
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the cell
-        self._process = subprocess.Popen(
+        return subprocess.Popen(
             [sys.executable, "-m", "station.campaign.cell"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._errors,
             env={**os.environ, **_ONE_THREAD},
         )
-        try:
-            first = self._line(_START_LIMIT_S)
-            self.software = json.loads(first)["software"] if first else ""
-        except TimeoutError:
-            first = b""
-        if not first:
-            reason = self._last_words()
-            self.close()
-            raise CellError(f"no flight can be flown here: {reason}")
-        return self._process
 
     def _line(self, limit_s: float) -> bytes:
         """The next reply; empty if the cell died.

@@ -20,6 +20,8 @@ from station.campaign.software import software
 from station.campaign.spec import CampaignSpec, SpecError, read_spec
 from station.campaign.summary import summary_text
 from station.campaign.tables import TableError, check_parquet, write_results, write_timings
+from station.mcap_parts import FlightRecordError
+from station.report.error import ReportError
 
 EPILOG = """\
 A campaign that was stopped or killed goes on where it was when the same command is given again.
@@ -82,9 +84,7 @@ def _run(
         print(line)
     _keep(spec, tasks, rows, out, arguments)
     print(f"results    {results}")
-    if arguments.report:
-        _report(rows, out)
-    return 0
+    return _report(rows, out, spec.name) if arguments.report else 0
 
 
 def _fly(
@@ -128,10 +128,16 @@ def _keep(
     print(f"recorded   flights {', '.join(str(index) for index in indices)} in {folder_of(out, 0).parent}")
 
 
-def _report(rows: Mapping[int, Row], out: Path) -> None:
+def _report(rows: Mapping[int, Row], out: Path, name: str) -> int:
     from station.report.campaign import write_campaign_report  # noqa: PLC0415 - draws, which takes a second to load
 
-    write_campaign_report(list(rows.values()), out)
+    try:
+        page = write_campaign_report(list(rows.values()), out, f"Campaign {name}")
+    except (ReportError, FlightRecordError) as error:
+        sys.stderr.write(f"alight campaign: no report: {error}\n")
+        return 1
+    print(f"report     {page}")
+    return 0
 
 
 def _rehearse(task: FlightTask, path: Path) -> None:

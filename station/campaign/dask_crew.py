@@ -16,7 +16,8 @@ from station.campaign.crew import CrewError, Flown
 from station.campaign.flight_task import FlightTask
 from station.campaign.software import software
 
-_CONNECT_LIMIT_S = 20.0
+_CONNECT_LIMIT_S = 5.0
+_FIRST_WORKER_LIMIT_S = 30.0
 _NO_WORKER_LIMIT_S = 120.0
 _LOOK_PERIOD_S = 2.0
 _TRIES = 3
@@ -120,7 +121,7 @@ def _connected(address: str) -> Any:
 
 def _check_workers(client: Any) -> None:
     try:
-        client.wait_for_workers(1, timeout=_CONNECT_LIMIT_S)
+        client.wait_for_workers(1, timeout=_FIRST_WORKER_LIMIT_S)
     except TimeoutError:
         raise CrewError("it has no workers; start one: dask worker ADDRESS") from None
     mine = software()

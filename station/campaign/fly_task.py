@@ -1,5 +1,6 @@
 """Flies one flight of a campaign in this process."""
 
+import shutil
 from pathlib import Path
 
 from station.campaign.flight_task import FlightTask
@@ -30,6 +31,9 @@ def rehearse(task: FlightTask) -> None:
 def _fly(task: FlightTask) -> Row:
     plan = FlightPlan(task.start_ned_m, flight_timeout_s=task.flight_timeout_s)
     if task.record_in:
+        shutil.rmtree(
+            task.record_in, ignore_errors=True
+        )  # what a process that was killed left there is no part of this flight
         recorder = task.settings.recorder.model_copy(update={"directory": Path(task.record_in)})
         outcome = fly_lockstep(task.settings.model_copy(update={"recorder": recorder}), plan)
         record = read_flight(Path(task.record_in) / recorder.file_name)

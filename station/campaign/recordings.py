@@ -1,6 +1,5 @@
 """Recordings of the flights worth looking at: flown once more, which gives the same flight, with the recorder in place."""
 
-import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -46,8 +45,6 @@ def make_recordings(
     A flight that crashes or hangs leaves what was recorded until then.
     """
     missing = [index for index in indices if not folder_of(out, index).exists()]
-    for index in missing:
-        shutil.rmtree(_unfinished(out, index), ignore_errors=True)
     again = (tasks[index].model_copy(update={"record_in": str(_unfinished(out, index))}) for index in missing)
     for flown in crew.fly(again):
         index = int(flown.row["index"])

@@ -1,12 +1,15 @@
 """What a campaign's file may say, and what is said of one that cannot be flown."""
 
+import re
 from pathlib import Path
 
 import pytest
 
 from station.campaign.draw import flight_tasks
+from station.campaign.row import MEASURED
 from station.campaign.spec import CampaignSpec, SpecError, read_spec
 
+PAGE = Path(__file__).parents[2] / "docs" / "campaigns.md"
 EXAMPLES = sorted((Path(__file__).parents[2] / "station" / "campaign" / "examples").glob("*.toml"))
 
 
@@ -31,6 +34,13 @@ def complaint(tmp_path: Path, text: str) -> str:
 def test_the_examples_can_be_flown(path: Path) -> None:
     spec = read_spec(path)
     assert len(list(flight_tasks(spec, path))) == spec.total
+
+
+def test_the_page_on_campaigns_shows_a_spec_that_can_be_flown_and_every_column(tmp_path: Path) -> None:
+    page = PAGE.read_text()
+    [text] = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    assert len(list(flight_tasks(spec_of(tmp_path, text), tmp_path / "spec.toml"))) == 2 * 50
+    assert [column for column in MEASURED if f"`{column}`" not in page] == []
 
 
 def test_lists_are_combined_and_each_combination_flown_as_often(tmp_path: Path) -> None:
