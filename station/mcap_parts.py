@@ -57,6 +57,8 @@ class StoredMessage:
     """When it reached the recorder, UTC ns."""
     data: bytes
     """Its JSON text."""
+    number: int = 0
+    """Counts what the recorder was given on this key since it was started: a gap is a loss in the recorder."""
 
     @property
     def sender(self) -> str:
@@ -199,7 +201,7 @@ class PartsReader:
         if topic is None or data is None:
             self._unreadable[channel.topic] += 1
             return
-        yield StoredMessage(topic, channel.topic, record.publish_time, record.log_time, data)
+        yield StoredMessage(topic, channel.topic, record.publish_time, record.log_time, data, record.sequence)
 
 
 def _check_version(channel: Channel, path: Path) -> None:

@@ -71,7 +71,8 @@ def _before(before: PartStory | None, part: PartStory) -> Iterator[str]:
     if before is None or before.last_ns is None or part.first_ns is None or rotated:
         return
     pause_s = seconds(part.first_ns - before.last_ns)
-    yield f"nothing was recorded for {pause_s:.2f} s between {before.path.name} and {part.path.name}"
+    if pause_s > 0.0:
+        yield f"nothing was recorded for {pause_s:.2f} s between {before.path.name} and {part.path.name}"
 
 
 def _within(part: PartStory) -> Iterator[str]:

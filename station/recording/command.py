@@ -6,7 +6,7 @@ import argparse
 def add_actions(command: argparse.ArgumentParser) -> None:
     """Describe `alight recording` and its actions."""
     actions = command.add_subparsers(title="actions", metavar="ACTION", required=True)
-    for add in (_add_info, _add_import):
+    for add in (_add_info, _add_doctor, _add_repair, _add_import):
         add(actions)
 
 
@@ -17,6 +17,24 @@ def _add_info(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     action = actions.add_parser("info", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
     info.add_arguments(action)
     action.set_defaults(run=info.run)
+
+
+def _add_doctor(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    from station.recording import doctor  # noqa: PLC0415
+
+    meaning = "check that a recording is an MCAP file to the letter"
+    action = actions.add_parser("doctor", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
+    doctor.add_arguments(action)
+    action.set_defaults(run=doctor.run)
+
+
+def _add_repair(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    from station.recording import repair  # noqa: PLC0415
+
+    meaning = "make a whole, indexed file of one that was cut short"
+    action = actions.add_parser("repair", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
+    repair.add_arguments(action)
+    action.set_defaults(run=repair.run)
 
 
 def _add_import(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
