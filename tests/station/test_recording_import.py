@@ -21,7 +21,6 @@ from schemas.settings import Settings
 from schemas.vehicle import FlightMode, LandedState
 from station.__main__ import main
 from station.flight_record import read_flight
-from station.recording_import.mavlink_vehicle import mavlink_vehicle
 from station.recording_import.source_error import SourceError
 from station.recording_import.stamps import moment_ns, stamps_at_rate, stamps_from_table
 from station.recording_import.tlog import read_tlog

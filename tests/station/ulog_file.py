@@ -49,7 +49,7 @@ class UlogFile:
 
     @staticmethod
     def _code(field: str) -> str:
-        kind = field.split(" ")[0]
+        kind = field.split(" ", maxsplit=1)[0]
         if "[" in kind:
             base, length = kind[:-1].split("[")
             return CODES[base] * int(length)
