@@ -134,7 +134,7 @@ def test_a_step_goes_on_to_the_next_frame_and_speaks_of_no_future(record):
     part = excerpt(record, ALL)
     Player(listener.publish, record.picture, clock, original_time=False).play(stepwise(part, clock, enter), frozenset)
     frames = [(heard_ns, message) for heard_ns, topic, message in listener.heard if topic is topics.FRAME]
-    recorded = [frame for frame in record.messages(topics.FRAME)[::3]]
+    recorded = record.messages(topics.FRAME)[::3]
     assert [frame.sequence for _, frame in frames] == [frame.sequence for frame in recorded[:4]]
     assert listener.heard[-1][1] is topics.FRAME
     newest = {}
