@@ -28,7 +28,7 @@ class CellError(RuntimeError):
 
 
 class CellProcess:
-    """Owns one cell at a time; a cell that died or hung is replaced. Not for two threads at once."""
+    """Owns one cell at a time; a cell that died or hung is replaced. For one thread, but `stop` for any."""
 
     def __init__(self) -> None:
         self.software = ""
@@ -36,6 +36,7 @@ class CellProcess:
         self._process: subprocess.Popen[bytes] | None = None
         self._errors: IO[bytes] | None = None
         self._unread = b""
+        self._stopped = False
 
     def fly(self, task: FlightTask, time_limit_s: float) -> Row:
         """One flight; a row in any case.
@@ -44,12 +45,18 @@ class CellProcess:
         which is then flown a second time; whoever is ended twice has crashed.
 
         Raises:
-            CellError: If no cell starts, which says nothing about the flight either.
+            CellError: If no cell starts, which says nothing about the flight either, or after `stop`.
         """
         row, ended_by = self._try(task, time_limit_s)
         if ended_by in _FROM_OUTSIDE:
             row, _ = self._try(task, time_limit_s)
         return row
+
+    def stop(self) -> None:
+        """End the cell in the middle of its flight, and let no other one start."""
+        self._stopped = True
+        if (process := self._process) is not None:
+            process.kill()
 
     def close(self) -> None:
         """End the cell."""
@@ -82,6 +89,8 @@ class CellProcess:
             return row, 0
         reason, status = self._last_words(), process.wait()
         self.close()
+        if self._stopped:
+            raise CellError("stopped")
         return failed_row(task, CRASHED, reason), max(-status, 0)
 
     def _running(self) -> subprocess.Popen[bytes]:
@@ -89,6 +98,8 @@ class CellProcess:
             return self._process
         for _ in range(_STARTS):
             self.close()
+            if self._stopped:
+                raise CellError("stopped")
             self._process = self._started()
             with contextlib.suppress(TimeoutError):
                 if first := self._line(_START_LIMIT_S):

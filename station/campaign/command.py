@@ -8,7 +8,7 @@ from pathlib import Path
 
 from station.campaign.crew import Crew, CrewError
 from station.campaign.dask_crew import DaskCrew
-from station.campaign.draw import flight_tasks
+from station.campaign.draw import FlightTasks
 from station.campaign.flight_task import FlightTask
 from station.campaign.fly_task import rehearse
 from station.campaign.ledger import Ledger
@@ -52,7 +52,7 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         check_parquet()
         spec = read_spec(arguments.spec, arguments.flights)
-        tasks = {task.index: task for task in flight_tasks(spec, arguments.spec)}
+        tasks = FlightTasks(spec, arguments.spec)
         _rehearse(tasks[0], arguments.spec)
         out: Path = arguments.out or Path("campaigns") / spec.name
         with Ledger(out, spec, software()) as ledger:
@@ -71,12 +71,12 @@ def run(arguments: argparse.Namespace) -> int:
 def _run(
     spec: CampaignSpec, tasks: Mapping[int, FlightTask], ledger: Ledger, out: Path, arguments: argparse.Namespace
 ) -> int:
-    missing = [task for index, task in tasks.items() if index not in ledger.rows]
+    missing = [index for index in tasks if index not in ledger.rows]
     print(f"campaign   {spec.name}, {spec.total} flights, digest {spec.digest[:12]}; writing {out}")
     if len(missing) < spec.total:
         print(f"resuming   {spec.total - len(missing)} of {spec.total} are flown")
     if missing:
-        _fly(missing, spec.total, ledger, arguments, spec.time_limit_s)
+        _fly(missing, tasks, ledger, arguments, spec.time_limit_s)
     rows = {index: ledger.rows[index] for index in tasks}
     results = write_results(list(rows.values()), out, spec.digest)
     write_timings({index: ledger.timings[index] for index in tasks}, out)
@@ -88,14 +88,18 @@ def _run(
 
 
 def _fly(
-    missing: list[FlightTask], total: int, ledger: Ledger, arguments: argparse.Namespace, time_limit_s: float
+    missing: list[int],
+    tasks: Mapping[int, FlightTask],
+    ledger: Ledger,
+    arguments: argparse.Namespace,
+    time_limit_s: float,
 ) -> None:
     jobs = min(arguments.jobs or cores(), len(missing))
     crew: Crew = DaskCrew(arguments.cluster, time_limit_s) if arguments.cluster else LocalCrew(jobs, time_limit_s)
-    bar = ProgressBar(total, total - len(missing))
+    bar = ProgressBar(len(tasks), len(tasks) - len(missing))
     began_s, flown_here = time.monotonic(), 0
     try:
-        for flown in crew.fly(missing):
+        for flown in crew.fly(tasks[index] for index in missing):
             if ledger.add(flown):
                 flown_here += 1
                 bar.count(landed=bool(flown.row["landed"]))

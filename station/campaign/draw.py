@@ -41,27 +41,44 @@ def drawn_values(spec: CampaignSpec, index: int) -> dict[str, Any]:
     return {key: values[key] for key in (SEED, *spec.factors) if key in values}
 
 
-def flight_tasks(spec: CampaignSpec, path: Path) -> Iterator[FlightTask]:
-    """All flights in order, each with settings that are valid.
+class FlightTasks(Mapping[int, FlightTask]):
+    """The flights of a campaign by index, each made when it is asked for."""
 
-    Args:
-        spec: The campaign.
-        path: Its file, for the message of an error.
+    def __init__(self, spec: CampaignSpec, path: Path) -> None:
+        """Draw and check all of them.
 
-    Raises:
-        SpecError: Naming file, key, the flight that drew the value, and the remedy.
-    """
-    preset = tomllib.loads((PRESETS / f"{spec.preset}.toml").read_text(encoding="utf-8")) if spec.preset else {}
-    below = [(f"preset {spec.preset}", preset), (f"{path}: [settings]", spec.settings)]
-    _valid(below)
-    for index in range(spec.total):
-        drawn = drawn_values(spec, index)
+        Args:
+            spec: The campaign.
+            path: Its file, for the message of an error.
+
+        Raises:
+            SpecError: Naming file, key, the flight that drew the value, and the remedy.
+        """
+        self._spec, self._path = spec, path
+        preset = tomllib.loads((PRESETS / f"{spec.preset}.toml").read_text(encoding="utf-8")) if spec.preset else {}
+        self._below = [(f"preset {spec.preset}", preset), (f"{path}: [settings]", spec.settings)]
+        _valid(self._below)
+        for index in range(spec.total):
+            self._settings(index, drawn_values(spec, index))
+
+    def __getitem__(self, index: int) -> FlightTask:
+        if not 0 <= index < self._spec.total:
+            raise KeyError(index)
+        drawn = drawn_values(self._spec, index)
+        return _task(self._spec, index, drawn, self._settings(index, drawn))
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(range(self._spec.total))
+
+    def __len__(self) -> int:
+        return self._spec.total
+
+    def _settings(self, index: int, drawn: Mapping[str, Any]) -> Settings:
         try:
             table = _nested(without_polar(drawn))
         except ValueError as error:
-            raise SpecError(f"{path}: factors.{error}") from None
-        settings = _valid([*below, (f"{path}: [factors], flight {index}", table)])
-        yield _task(spec, index, drawn, settings)
+            raise SpecError(f"{self._path}: factors.{error}") from None
+        return _valid([*self._below, (f"{self._path}: [factors], flight {index}", table)])
 
 
 def _task(spec: CampaignSpec, index: int, drawn: Mapping[str, Any], settings: Settings) -> FlightTask:

@@ -22,6 +22,7 @@ class LocalCrew:
     def __init__(self, jobs: int, time_limit_s: float) -> None:
         self._time_limit_s = time_limit_s
         self._cells = [CellProcess() for _ in range(jobs)]
+        self._threads: list[threading.Thread] = []
 
     def fly(self, tasks: Iterable[FlightTask]) -> Iterator[Flown]:
         """See `Crew.fly`. Tasks are taken one at a time, when a cell is free."""
@@ -40,10 +41,10 @@ class LocalCrew:
             except CellError as error:
                 done.put(error)
 
-        threads = [threading.Thread(target=work, args=(cell,), daemon=True) for cell in self._cells]
-        for thread in threads:
+        self._threads = [threading.Thread(target=work, args=(cell,), daemon=True) for cell in self._cells]
+        for thread in self._threads:
             thread.start()
-        for _ in threads:
+        for _ in self._threads:
             while (flown := done.get()) is not None:
                 if isinstance(flown, CellError):
                     raise CrewError(str(flown))
@@ -51,6 +52,10 @@ class LocalCrew:
 
     def close(self) -> None:
         """End the cells, in the middle of a flight if need be."""
+        for cell in self._cells:
+            cell.stop()
+        for thread in self._threads:
+            thread.join()
         for cell in self._cells:
             cell.close()
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from station.campaign.draw import drawn_values, flight_tasks
+from station.campaign.draw import FlightTasks, drawn_values
 from station.campaign.factor import Choice, Listed, Normal, Uniform
 from station.campaign.flight_task import FlightTask
 from station.campaign.polar import without_polar
@@ -24,7 +24,7 @@ def spec(**changed: object) -> CampaignSpec:
 
 
 def tasks(campaign: CampaignSpec) -> list[FlightTask]:
-    return list(flight_tasks(campaign, Path("spec.toml")))
+    return list(FlightTasks(campaign, Path("spec.toml")).values())
 
 
 @given(index=st.integers(0, 49), flights=st.integers(50, 2000))

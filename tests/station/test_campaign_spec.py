@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from station.campaign.draw import flight_tasks
+from station.campaign.draw import FlightTasks
 from station.campaign.row import MEASURED
 from station.campaign.spec import CampaignSpec, SpecError, read_spec
 
@@ -24,7 +24,7 @@ def complaint(tmp_path: Path, text: str) -> str:
     path = tmp_path / "spec.toml"
     path.write_text(text)
     with pytest.raises(SpecError) as caught:
-        list(flight_tasks(read_spec(path), path))
+        FlightTasks(read_spec(path), path)
     assert str(caught.value).startswith(str(path)), "the file is named"
     assert "\n" not in str(caught.value)
     return str(caught.value).removeprefix(str(path))
@@ -33,13 +33,13 @@ def complaint(tmp_path: Path, text: str) -> str:
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_the_examples_can_be_flown(path: Path) -> None:
     spec = read_spec(path)
-    assert len(list(flight_tasks(spec, path))) == spec.total
+    assert len(FlightTasks(spec, path)) == spec.total
 
 
 def test_the_page_on_campaigns_shows_a_spec_that_can_be_flown_and_every_column(tmp_path: Path) -> None:
     page = PAGE.read_text()
     [text] = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
-    assert len(list(flight_tasks(spec_of(tmp_path, text), tmp_path / "spec.toml"))) == 2 * 50
+    assert len(FlightTasks(spec_of(tmp_path, text), tmp_path / "spec.toml")) == 2 * 50
     assert [column for column in MEASURED if f"`{column}`" not in page] == []
 
 
