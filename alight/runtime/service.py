@@ -49,7 +49,9 @@ def run_service(name: str, arguments: argparse.Namespace) -> int:
         configure_logs(name)
         priority = prioritise(name, real_time=settings.process.real_time)
         service = importlib.import_module(f"services.{name}.service")
-        runner = LiveRunner(service.build(settings), settings, service.open_ports(settings))
+        # A service whose adapters need the host's clock, a thread or a warm start builds its node in another way than in lockstep.
+        build = getattr(service, "build_live", service.build)
+        runner = LiveRunner(build(settings), settings, service.open_ports(settings))
     except (SettingsError, PortError, BusError, ValueError) as error:
         sys.stderr.write(f"alight {name}: {error}\n")
         return 2

@@ -47,6 +47,11 @@ class PadPrint:
         """All of it on one sheet."""
         return self._whole
 
+    def draw_all(self, finest_texel_m: float) -> None:
+        """Make every texture with texels down to this size now, metres; see `Sheet.draw_all`."""
+        for sheet in {self._whole, self._under, *self._small}:
+            sheet.draw_all(finest_texel_m)
+
     def sheets(self, texel_m: float) -> tuple[Sheet, ...]:
         """What to draw, one over the other, where texels of this size are wanted, metres."""
         if self._small and texel_m < self._whole.finest_texel_m:

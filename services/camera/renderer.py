@@ -149,11 +149,15 @@ def _wanted_texel_m(sheet: Sheet, box: _Box) -> float:
 def _draw_sheet(picture: Picture, sheet: Sheet, box: _Box, nodes_m: Grid) -> float:
     """Lay one sheet over the picture; gives the variance of its blur, pixels squared."""
     texture, texel_m = sheet.texture(_wanted_texel_m(sheet, box))
-    nodes = sheet.texels(nodes_m[box.top : box.bottom + 2, box.left : box.right + 2], texel_m, texture.shape[0])
+    nodes = sheet.texels(nodes_m[box.top : box.bottom + 2, box.left : box.right + 2], texel_m, texture.side_texels)
     place = picture[box.top * STEP_PX : box.bottom * STEP_PX, box.left * STEP_PX : box.right * STEP_PX]
     for first, last in _bands(box.bottom - box.top):
-        board = _sampled(texture, enlarged(nodes[first : last + 2]), cv2.BORDER_CONSTANT)
-        _lay_over(place[first * STEP_PX : last * STEP_PX], board)
+        behind, texels = place[first * STEP_PX : last * STEP_PX], enlarged(nodes[first : last + 2])
+        levels = _cropped(_sampled(texture.levels, texels, cv2.BORDER_CONSTANT), behind)
+        if texture.covers(nodes[first : last + 2]):
+            behind[:] = levels
+        else:
+            _lay_over(behind, levels, _cropped(_sampled(texture.cover, texels, cv2.BORDER_CONSTANT), behind))
     texel_px = texel_m * box.side_px / sheet.side_m
     return texel_px**2 * (BLUR_TEXELS**2 + _TEXEL_VARIANCE)
 
@@ -163,10 +167,13 @@ def _bands(rows: int) -> list[tuple[int, int]]:
     return [(first, min(first + _BAND_ROWS, rows)) for first in range(0, rows, _BAND_ROWS)]
 
 
-def _lay_over(behind: Picture, board: Picture) -> None:
+def _lay_over(behind: Picture, levels: Picture, cover: Picture) -> None:
     """Put the board, brightness and cover, over a part of the picture."""
-    ink, cover = cv2.split(board[: behind.shape[0], : behind.shape[1]])
-    cv2.add(cv2.multiply(behind, cv2.bitwise_not(cover), scale=1.0 / 255.0), ink, dst=behind)
+    cv2.add(cv2.multiply(behind, cv2.bitwise_not(cover), scale=1.0 / 255.0), levels, dst=behind)
+
+
+def _cropped(picture: Picture, behind: Picture) -> Picture:
+    return picture[: behind.shape[0], : behind.shape[1]]
 
 
 def _sampled(texture: Picture, texels: Grid, border: int) -> Picture:

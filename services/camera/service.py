@@ -28,6 +28,18 @@ def build(settings: Settings) -> Node:
     return PlayedCameraNode(source, calibration, camera.rate_hz)
 
 
+def build_live(settings: Settings) -> Node:
+    """The same node, ready for frames that have to be in time.
+
+    Raises:
+        ValueError: See `build`.
+    """
+    node = build(settings)
+    if isinstance(node, SimulatedCameraNode):
+        node.prepare()
+    return node
+
+
 def open_ports(settings: Settings) -> Mapping[str, Port]:  # noqa: ARG001
     """The camera has no byte ports."""
     return {}

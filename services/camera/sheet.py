@@ -1,6 +1,7 @@
 """A square piece of the print, as textures whose every texel is a mean over its area."""
 
 import math
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -9,16 +10,36 @@ from numpy.typing import NDArray
 from alight.markers.layout import PlacedMarker
 from alight.markers.print_grid import is_square_on, overlaps_m, print_grid, turned_whiteness
 
-Texture = NDArray[np.uint8]
+Plane = NDArray[np.uint8]
 Levels = NDArray[np.float32]
 
 BLUR_TEXELS = 1.0
 """Standard deviation of the blur that every texture has, texels: what is sampled once a pixel must hold no finer detail than that."""
 
 _MARGIN_TEXELS = 4
+_WHOLLY_INSIDE = 2 * _MARGIN_TEXELS
 _STEPS_PER_OCTAVE = 4
 _LARGEST_SIDE_TEXELS = 1448
 _OUTLINE_POINTS_A_SIDE = 6
+
+
+@dataclass(frozen=True)
+class Texture:
+    """A sheet in texels, first row at the print's upper edge; (n, n) each. Two planes are sampled quicker than one with two channels."""
+
+    levels: Plane
+    """Brightness, a mean over the texel's area, so that cells of any size keep theirs; 0 beside the sheet."""
+    cover: Plane
+    """How much of the texel the sheet covers, 0 to 255."""
+
+    @property
+    def side_texels(self) -> int:
+        """Edge of the whole picture, the empty margin included."""
+        return int(self.levels.shape[0])
+
+    def covers(self, texels: Levels) -> bool:
+        """Whether all of these places (..., 2), and all between them, lie on the sheet."""
+        return float(texels.min()) >= _WHOLLY_INSIDE and float(texels.max()) <= self.side_texels - 1 - _WHOLLY_INSIDE
 
 
 class Sheet:
@@ -87,15 +108,19 @@ class Sheet:
             texel_m: Wanted edge of one texel, metres.
 
         Returns:
-            The texture (n, n, 2), first row at the print's upper edge, and its true texel size in metres. The first channel is the
-            brightness, a mean over the texel's area, so that cells of any size keep theirs; the second says 255: covered.
+            The texture and its true texel size in metres.
         """
-        step = round(_STEPS_PER_OCTAVE * math.log2(self.side_m / max(texel_m, self.finest_texel_m)))
-        step = max(step, 0)
+        step = max(round(_STEPS_PER_OCTAVE * math.log2(self.side_m / max(texel_m, self.finest_texel_m))), 0)
         if step not in self._textures:
             self._textures[step] = self._averaged(max(round(2.0 ** (step / _STEPS_PER_OCTAVE)), 1))
         texture = self._textures[step]
-        return texture, self.side_m / (texture.shape[0] - 2 * _MARGIN_TEXELS)
+        return texture, self.side_m / (texture.side_texels - 2 * _MARGIN_TEXELS)
+
+    def draw_all(self, finest_texel_m: float) -> None:
+        """Make every texture with texels down to this size now, metres: the largest take longer than a frame may."""
+        octaves = math.log2(self.side_m / max(finest_texel_m, self.finest_texel_m))
+        for step in range(max(round(_STEPS_PER_OCTAVE * octaves), 0) + 1):
+            self.texture(self.side_m / 2.0 ** (step / _STEPS_PER_OCTAVE))
 
     def _averaged(self, side_texels: int) -> Texture:
         """Area means, then the blur; both act on rows and columns apart, so they are done on the rows' shares alone."""
@@ -107,7 +132,7 @@ class Sheet:
         else:
             levels = self._levels(down, across)
         # Shades and shares are never negative: half a level more makes cutting off round.
-        return np.asarray(cv2.merge([_cut(levels), _cut(np.outer(255.0 * cover, cover))]), np.uint8)
+        return Texture(_cut(levels), _cut(np.outer(255.0 * cover, cover)))
 
     def _shares(self, seams_m: NDArray[np.float64], side_texels: int) -> NDArray[np.float64]:
         bounds = np.linspace(0.0, self.side_m, side_texels + 1)
@@ -132,6 +157,6 @@ def _soft(values: NDArray[np.float64], kernel: tuple[int, int]) -> Levels:
     return np.asarray(cv2.GaussianBlur(values, kernel, BLUR_TEXELS, borderType=cv2.BORDER_CONSTANT), np.float32)
 
 
-def _cut(levels: Levels) -> Texture:
+def _cut(levels: Levels) -> Plane:
     levels += np.float32(0.5)
     return np.minimum(levels, np.float32(255.0), out=levels).astype(np.uint8)

@@ -30,6 +30,8 @@ _NO_SMEAR_PX = 0.5
 _SMEAR_AN_EXPOSURE_PX = 1.5
 """Points this far apart make one line when the default lens has blurred them."""
 _MOST_EXPOSURES = 3
+_NEAREST_M = 0.1
+"""The camera does not come nearer to the pad than this: the legs are longer."""
 
 
 class SimulatedCamera:
@@ -52,9 +54,13 @@ class SimulatedCamera:
         self._sunlight, self._optics = simulated.sunlight, simulated.optics
         board = simulated.board
         markers, board_m = printed(settings.pad, board, installation.pad_scale)
-        pad = PadPrint(markers, board_m=board_m, black_level=board.black_level, white_level=board.white_level)
-        self._renderer = Renderer(self._camera, pad, Ground(generator(settings.seed, "camera.ground")))
+        self._pad = PadPrint(markers, board_m=board_m, black_level=board.black_level, white_level=board.white_level)
+        self._renderer = Renderer(self._camera, self._pad, Ground(generator(settings.seed, "camera.ground")))
         self._sensor = Sensor(self._camera, self._optics, generator(settings.seed, "camera.noise"))
+
+    def draw_all(self) -> None:
+        """Draw the print in every size now, so that no frame has to wait for it."""
+        self._pad.draw_all(_NEAREST_M / self._camera.fx_px)
 
     def capture(self, truth: GroundTruth) -> Picture:
         """The picture whose exposure has its middle at the time of the truth, (height, width), grey levels."""

@@ -33,6 +33,10 @@ class SimulatedCameraNode(CameraNode):
         self._skipped = 0
         self.subscribe(topics.GROUND_TRUTH, self._on_truth)
 
+    def prepare(self) -> None:
+        """Do before the flight what would make a frame late in it."""
+        self._camera.draw_all()
+
     def _on_truth(self, arrival: Arrival[GroundTruth]) -> Outputs:
         truth = arrival.message
         if not self._is_due(truth.at_ns):

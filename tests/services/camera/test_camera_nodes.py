@@ -6,7 +6,7 @@ from alight.runtime.node import Arrival
 from schemas import topics
 from schemas.settings import Settings
 from services.camera.calibration_file import CalibrationError, read_calibration
-from services.camera.service import build
+from services.camera.service import build, build_live
 
 HZ60_NS = 16_666_667
 START_NS = 10_000_000_000
@@ -42,6 +42,19 @@ def test_a_frame_leaves_when_its_light_has_hit_the_sensor_and_is_stamped_late_by
     (frame,) = frames_of(build(settings), truth_at, [START_NS])
     assert frame.message.captured_at_ns == START_NS + 50_000_000
     assert frame.release_at_ns == START_NS + 60_000_000
+
+
+def test_what_is_drawn_before_a_live_flight_changes_no_pixel(truth_at) -> None:
+    seen = [
+        [
+            frame.pixels
+            for frame in frames_of(
+                built(Settings()), lambda n, e, _, at_ns: truth_at(n, e, -0.6, at_ns=at_ns), [START_NS]
+            )
+        ]
+        for built in (build, build_live)
+    ]
+    np.testing.assert_array_equal(seen[0], seen[1])
 
 
 def test_the_header_fits_the_pixels(truth_at) -> None:
