@@ -26,7 +26,7 @@ HEIGHTS_M = (0.15, 0.6, 0.3, 0.5, 1.4, 0.18, 0.22, 0.35, 0.4, 0.7, 0.8, 0.95, 1.
 """Of the camera above the print: from touchdown to where the large marker is in view from everywhere."""
 LEAST_SIDE_PX = 30.0
 """Twice the 14 px at which the large marker is seen from 20 m: nothing on the way down is harder than the way up there."""
-MOST_INK = 1.0 / 3.0
+MOST_INK = 0.25
 """How much of the sampled part of a white cell may turn dark; half would turn the bit."""
 UNSAMPLED = (0.13, 0.25)
 """Part of a cell at each of its edges that is left out when it is read: OpenCV's default, and ours."""
@@ -38,10 +38,10 @@ _INK_OF_A_MARKER = 0.75
 _CLEARANCE = 0.1
 """White between two markers, as a part of the larger one's side."""
 _OFFSETS_M = (0.03, 0.04, 0.05, 0.06, 0.07, 0.08)
-_CELL_SIDE_M = 0.045
-_MIDDLE_SIDES_M = (0.03, 0.035, 0.04, 0.045)
+_CELL_SIDE_M = 0.04
+_MIDDLE_SIDES_M = (0.025, 0.03, 0.035, 0.04)
 _SEAM_SIDES_M = (0.06, 0.07, 0.08, 0.09, 0.1)
-_CORNER_SIDES_M = (0.12, 0.14, 0.16, 0.18)
+_CORNER_SIDES_M = (0.12, 0.13, 0.14, 0.15)
 _WHITE_BITS = range(11, 19)
 _LEAST_OWN_DISTANCE = 8
 
