@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 FLY_ARGS ?=
 
-.PHONY: fly test system lint bench clean
+.PHONY: fly test system lint bench reference-flights clean
 .DEFAULT_GOAL := fly
 
 fly: $(VENV)/.fly  ## land a simulated drone and write a report
@@ -24,6 +24,9 @@ lint: $(VENV)/.test $(VENV)/.lint  ## style, types, import rules
 
 bench: $(VENV)/.test  ## measured figures, as tables
 	$(BIN)/python -m station.bench
+
+reference-flights: $(VENV)/.test  ## fly the reference flights of the replay tests anew (after a change of messages or behaviour)
+	$(BIN)/python -m station.replay.reference
 
 clean:
 	rm -rf $(VENV) build *.egg-info

@@ -34,12 +34,17 @@ def fly_lockstep(
     plan: FlightPlan,
     on_progress: Callable[[FlightDirector], None] = lambda _: None,
     recorder: Node | None = None,
+    camera: Node | None = None,
+    director: FlightDirector | None = None,
 ) -> LockstepOutcome:
-    """Fly once; the recording is in `settings.recorder.directory` afterwards, unless another `recorder` was given."""
+    """Fly once; the recording is in `settings.recorder.directory` afterwards, unless another `recorder` was given.
+
+    Another `camera` or `director` than those of the settings and the plan may be given, too.
+    """
     settings = at_lockstep_rate(settings)
-    director = FlightDirector(settings, plan)
-    nodes = {name: build_node(name, settings) for name in SERVICES if name != "recorder"}
-    nodes["recorder"] = recorder or build_node("recorder", settings)
+    director = director or FlightDirector(settings, plan)
+    given = {"camera": camera, "recorder": recorder}
+    nodes = {name: given.get(name) or build_node(name, settings) for name in SERVICES}
     lockstep = Lockstep([*nodes.values(), director], settings)
     lockstep.join(nodes["simulator"], "vehicle", nodes["commander"], "vehicle")
     began_ns, began_s = lockstep.clock.now_ns(), time.perf_counter()

@@ -13,7 +13,7 @@ from station.replay.replay import replay
 from station.replay.result import ReplayResult
 from station.replay.score import Score, Scorer
 from station.replay.text import as_json, result_lines, score_lines
-from station.replay.tolerance import EXACT
+from station.replay.tolerance import BY_NAME
 from station.replay.update import update
 from station.report.error import ReportError
 
@@ -42,9 +42,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--report", type=Path, metavar="DIR", help="with --through: write a page with pictures there")
     group.add_argument("--json", action="store_true", help="with --through: print the outcome as JSON")
     group.add_argument(
-        "--exact",
-        action="store_true",
-        help="with --through: tolerate nothing, even where pictures were compressed with loss",
+        "--tolerance",
+        choices=sorted(BY_NAME),
+        help="with --through: how much may differ: nothing, what another machine rounds otherwise, or what lossy pictures cost "
+        "(default: exact, but lossy where the detector gets JPEG pictures)",
     )
     group.add_argument(
         "--update",
@@ -67,7 +68,7 @@ def _run_one(path: Path, arguments: argparse.Namespace) -> int:
     recording = ReplayRecording(path)
     if arguments.update:
         return update(recording, arguments.through, arguments.set, unasked=arguments.yes)
-    result = replay(recording, arguments.through, arguments.set, EXACT if arguments.exact else None)
+    result = replay(recording, arguments.through, arguments.set, BY_NAME.get(arguments.tolerance))
     scores = _scores(recording, result) if arguments.set or arguments.report else None
     if arguments.json:
         print(json.dumps({"flight": str(recording.path), **as_json(result, scores)}, indent=1))

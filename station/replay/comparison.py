@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from schemas.message import Message
-from station.replay.tolerance import Tolerances
+from station.replay.tolerance import NOT_COMPARED, Tolerances
 
 
 @dataclass(frozen=True)
@@ -20,13 +20,13 @@ class FieldDifference:
     recorded: Any
     replayed: Any
     tolerance: float
-    """Absolute, in the field's own unit; 0 where it has to be the same."""
+    """Absolute, in the field's own unit; 0 where it has to be the same, infinite where anything goes."""
 
     @property
     def within(self) -> bool:
         """Whether the difference is tolerated."""
         apart = self.apart
-        return apart is not None and apart <= self.tolerance
+        return self.tolerance == NOT_COMPARED or (apart is not None and apart <= self.tolerance)
 
     @property
     def apart(self) -> float | None:

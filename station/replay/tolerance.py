@@ -3,6 +3,8 @@
 import re
 from dataclasses import dataclass
 
+NOT_COMPARED = float("inf")
+
 
 @dataclass(frozen=True)
 class Tolerances:
@@ -26,17 +28,35 @@ def _kinds(**tolerances: tuple[str, float]) -> tuple[tuple[re.Pattern[str], floa
     return tuple((re.compile(pattern), tolerance) for pattern, tolerance in tolerances.values())
 
 
+ROUNDING = Tolerances(
+    "rounding",
+    _kinds(
+        covariance=(r"covariance|variance|noise", 1e-7),
+        quality=(r"reprojection_error_px|ambiguity|sigma", 1e-3),
+        pixel=(r"_px(\[\d+\])*$", 1e-3),
+        geodetic=(r"(latitude|longitude)_deg", 1e-11),
+        length=(r"_m(\[\d+\])?$", 1e-6),
+        speed=(r"_mps(\[\d+\])?$", 1e-6),
+        attitude=(r"q_\w+\[\d+\]$", 1e-6),
+        angle=(r"_rad$", 1e-6),
+    ),
+)
+"""For another machine: OpenCV and NumPy take other instructions there, which round otherwise. What is decided has to be the same."""
+
 LOSSY = Tolerances(
     "lossy pictures",
     _kinds(
-        covariance=(r"covariance|variance|sigma", float("inf")),
-        quality=(r"reprojection_error_px|ambiguity", float("inf")),
-        corner=(r"corners_px", 1.0),
+        confidence=(r"covariance|variance|sigma|noise|shared|reprojection_error_px|ambiguity", NOT_COMPARED),
+        attitude=(r"q_\w+\[\d+\]$", NOT_COMPARED),
+        words=(r"(^|\.)detail$", NOT_COMPARED),
+        pixel=(r"_px(\[\d+\])*$", 1.0),
         geodetic=(r"(latitude|longitude)_deg", 3e-6),
         length=(r"_m(\[\d+\])?$", 0.3),
-        attitude=(r"q_\w+\[\d+\]$", 0.1),
         angle=(r"_rad$", 0.05),
     ),
 )
-"""For pictures that were compressed with loss after the detector had seen them. Which of the two planar poses comes first, and with
-it the pose's attitude, may change; what says how sure a detection is, is not compared."""
+"""For pictures that were compressed with loss after the detector had seen them. What says how sure somebody is, and what puts numbers
+into words, is not compared, nor is the attitude of the two planar poses, of which either may come first."""
+
+BY_NAME = {"exact": EXACT, "rounding": ROUNDING, "lossy": LOSSY}
+"""What `--tolerance` takes."""
