@@ -1,14 +1,10 @@
 """From schema version 1 to 2.
 
-Version 2 added the journal, which an old recording simply has not, and the pad's own view in a detection. A detector of version 1
-named markers only; which of them is the pad stood in the settings, so its detections say nothing of a pad.
+Version 2 added topics (the journal, the filters' log) and fields that may be absent: the pad's own view in a detection, the shared
+errors of a fix, the drift in an estimate. So nothing that version 1 wrote has to change. What it could not say stays unsaid: a detector of
+version 1 names markers only, and which of them is the pad follows from the settings.
 """
 
-from station.migration.step import Json, Step
+from station.migration.step import Step
 
-
-def _detection(detection: Json) -> Json:
-    return {"pad": None} | detection
-
-
-V1_TO_V2 = Step(from_version=1, changes={"Detection": _detection})
+V1_TO_V2 = Step(from_version=1, changes={})

@@ -6,7 +6,7 @@ import argparse
 def add_actions(command: argparse.ArgumentParser) -> None:
     """Describe `alight recording` and its actions."""
     actions = command.add_subparsers(title="actions", metavar="ACTION", required=True)
-    for add in (_add_info, _add_doctor, _add_repair, _add_import):
+    for add in (_add_info, _add_doctor, _add_repair, _add_import, _add_settings, _add_migrate):
         add(actions)
 
 
@@ -42,5 +42,22 @@ def _add_import(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") 
 
     meaning = "make a recording of an autopilot's log and a video"
     action = actions.add_parser("import", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
+    command.add_arguments(action)
+    action.set_defaults(run=command.run)
+
+
+def _add_settings(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    from station.recording import settings  # noqa: PLC0415
+
+    meaning = "print the settings of a flight, for --settings"
+    action = actions.add_parser("settings", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
+    settings.add_arguments(action)
+    action.set_defaults(run=settings.run)
+
+
+def _add_migrate(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    from station.migration import command  # noqa: PLC0415
+
+    action = actions.add_parser("migrate", help="write an old recording with today's messages, for other programs")
     command.add_arguments(action)
     action.set_defaults(run=command.run)
