@@ -15,6 +15,7 @@ from mcap.records import Message as McapMessage
 from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 from pydantic import ValidationError
+from zstandard import ZstdError
 
 from alight.runtime.node import Pixels
 from schemas import topics
@@ -27,7 +28,7 @@ from station.recorded_picture import decoded_picture
 
 _LONGEST_RECORD_BYTES = 2**30
 _RECORD_HEAD_BYTES = 9
-_DAMAGE = (McapError, struct.error, ValueError, EOFError, RuntimeError, OverflowError, MemoryError)
+DAMAGE = (McapError, ZstdError, struct.error, ValueError, EOFError, RuntimeError, OverflowError, MemoryError)
 """What the library and the decompressors raise on bytes that are not what they should be."""
 
 
@@ -158,7 +159,7 @@ class PartsReader:
         while not finished:
             try:
                 record = next(reader)
-            except (*_DAMAGE, StopIteration) as error:
+            except (*DAMAGE, StopIteration) as error:
                 if offset == 0 and not _is_barely_begun(part.path):
                     raise FlightRecordError(f"{part.path}: not an MCAP recording ({error})") from error
                 part.defects.append(f"{part.path.name} was not finished: what follows its last whole chunk is lost")
@@ -180,7 +181,7 @@ class PartsReader:
     ) -> Iterator[StoredMessage]:
         try:
             records = breakup_chunk(chunk, validate_crc=True)
-        except _DAMAGE:
+        except DAMAGE:
             part.defects.append(f"{part.path.name} has a damaged chunk at byte {offset}")
             return
         part.note_chunk(chunk.message_start_time, chunk.message_end_time)

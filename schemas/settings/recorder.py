@@ -33,9 +33,9 @@ class RecorderSettings(Section):
     backlog_mb: float = Field(default=64.0, ge=1.0, le=4096.0)
     """What may wait for a slow disk, megabytes; pictures are given up at three quarters of it, messages at all of it."""
     rotate_mb: float = Field(default=0.0, ge=0.0, le=1e6)
-    """Go on in the next file (`flight_2.mcap`) once one is longer than this, megabytes; 0 for never."""
+    """Go on in the next file (`flight_2.mcap`) once one is longer than this, megabytes; none covers less than a second; 0 for never."""
     rotate_s: float = Field(default=0.0, ge=0.0, le=1e6)
-    """Go on in the next file once one covers more time than this, seconds; 0 for never."""
+    """Go on in the next file once one covers more time than this, seconds, at least 1; 0 for never."""
     quota_mb: float = Field(default=0.0, ge=0.0, le=1e7)
     """What all recordings in the folder above `directory` may take together, megabytes: the oldest go first, the present one never; 0 for no limit."""
     pre_trigger_s: float = Field(default=0.0, ge=0.0, le=600.0)

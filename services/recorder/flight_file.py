@@ -4,7 +4,7 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from alight.runtime.clock import nanoseconds
+from alight.runtime.clock import NS_PER_S, nanoseconds
 from schemas.settings import Settings
 from services.recorder import layout
 from services.recorder.channels import channels
@@ -23,6 +23,7 @@ _BYTES_PER_MB = 1_000_000
 _ROOM_TO_GO_ON_BYTES = 16 * _BYTES_PER_MB
 """A recording that the disk had no room for goes on once so much is free."""
 _TRY_AGAIN_S = 5.0
+_SHORTEST_PART_NS = NS_PER_S
 
 
 class FlightFileError(ValueError):
@@ -148,7 +149,7 @@ class FlightFile:
 
     def _is_long_enough(self, part: PartFile, now_ns: int) -> bool:
         recorder = self._settings.recorder
-        if part.begun_ns is None:
+        if part.begun_ns is None or now_ns - part.begun_ns < _SHORTEST_PART_NS:
             return False
         by_size = recorder.rotate_mb > 0.0 and part.size_bytes >= recorder.rotate_mb * _BYTES_PER_MB
         by_time = recorder.rotate_s > 0.0 and now_ns - part.begun_ns >= nanoseconds(recorder.rotate_s)
@@ -172,7 +173,6 @@ class FlightFile:
         part, self._part = self._part, None
         if part is None:
             return
-        self._earlier_bytes += part.size_bytes
         about = {
             "reason": reason,
             "detail": self.failure or "",
@@ -184,6 +184,8 @@ class FlightFile:
         if self._host is not None:
             endings.append((layout.HOST, self._host.description()))
         part.finish(endings)
+        self._earlier_bytes += part.size_bytes
+        self._quota.look(self._earlier_bytes)
 
     def _open_directory(self) -> None:
         directory = self._first_path.parent

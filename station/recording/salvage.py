@@ -2,14 +2,12 @@
 
 import fcntl
 import os
-import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, Header, McapRecord, Metadata, Schema
 from mcap.records import Message as McapMessage
 from mcap.stream_reader import StreamReader, breakup_chunk
@@ -17,9 +15,8 @@ from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from alight.runtime.clock import NS_PER_S
 from services.recorder import layout
+from station.mcap_parts import DAMAGE
 
-DAMAGE = (McapError, struct.error, ValueError, EOFError, RuntimeError, OverflowError, MemoryError)
-"""What the library and the decompressors raise on bytes that are not what they should be."""
 _LONGEST_RECORD_BYTES = 2**30
 _COMPRESSION = {"zstd": CompressionType.ZSTD, "lz4": CompressionType.LZ4, "": CompressionType.NONE}
 
