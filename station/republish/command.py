@@ -6,15 +6,18 @@ import os
 import sys
 import time
 import uuid
+from collections.abc import Callable
 
 from alight.runtime.bus import Bus, BusError
+from alight.runtime.clock import seconds
 from alight.runtime.settings_file import SettingsError, load_settings
+from schemas.frame import FrameHeader
 from schemas.settings import Settings
 from schemas.topics import SERVICES
 from station.flight_record import FlightRecord, read_flight
 from station.live_flight import rendezvous
 from station.republish.choice import REPLAY, choose
-from station.republish.excerpt import excerpt, recorded_topics
+from station.republish.excerpt import Item, excerpt, recorded_topics
 from station.republish.pace import PatientWallClock, steadily, stepwise
 from station.republish.player import Player
 from station.republish.presence import Presence
@@ -93,7 +96,7 @@ def _replay(record: FlightRecord, bus: Bus, arguments: argparse.Namespace) -> in
     for line in what_is_published(choice, part, pace=_pace(arguments), now_ns=_now_ns(arguments, clock)):
         print(line, flush=True)
     player = Player(bus.publish, record.picture, clock, original_time=arguments.original_time, paced=not arguments.step)
-    due = stepwise(part, clock, _enter) if arguments.step else steadily(part, clock, arguments.speed)
+    due = stepwise(part, clock, _asking(part.began_ns)) if arguments.step else steadily(part, clock, arguments.speed)
     try:
         player.play(due, lambda: presence.services)
         time.sleep(SETTLE_S)  # the last messages leave the process
@@ -122,12 +125,19 @@ def _look(presence: Presence, wanted: frozenset[str], wait_s: float) -> list[str
     return sorted(wanted - presence.services)
 
 
-def _enter() -> bool:
-    try:
-        input("Enter: next frame ")
-    except EOFError:
-        return False
-    return True
+def _asking(began_ns: int) -> Callable[[Item], bool]:
+    def go_on(last: Item) -> bool:
+        what = (
+            f"frame {last.message.sequence}" if isinstance(last.message, FrameHeader) else "what follows the last frame"
+        )
+        try:
+            input(f"{seconds(last.at_ns - began_ns):8.2f} s  Enter: {what} ")
+        except EOFError:
+            print()
+            return False
+        return True
+
+    return go_on
 
 
 def _names(text: str) -> tuple[str, ...]:

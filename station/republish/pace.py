@@ -44,15 +44,15 @@ def steadily(excerpt: Excerpt, clock: PatientClock, speed: float) -> Iterator[Du
         yield times, item
 
 
-def stepwise(excerpt: Excerpt, clock: PatientClock, go_on: Callable[[], bool]) -> Iterator[Due]:
-    """All messages up to and with the next frame, whenever `go_on` says so; what follows the last frame makes the last step.
+def stepwise(excerpt: Excerpt, clock: PatientClock, go_on: Callable[[Item], bool]) -> Iterator[Due]:
+    """All messages up to and with the next frame, whenever `go_on`, given the last message of the step, says so; what follows the last frame makes the last step.
 
     The messages of a step share one offset, by which the frame came just now. So within a step frames and vehicle states fit
     together however long the pause before it was, and nothing speaks of the future.
     """
     before: TimeMap | None = None
     for step in _steps(excerpt.items):
-        if not go_on():
+        if not go_on(step[-1]):
             return
         ends_ns = step[-1].at_ns
         if before is not None:

@@ -14,7 +14,7 @@ from schemas.settings import Settings
 from schemas.wire import decode
 from station.flight_record import read_flight
 from station.republish.choice import ChoiceError, choose
-from station.republish.excerpt import excerpt, recorded_topics
+from station.republish.excerpt import Item, excerpt, recorded_topics
 from station.republish.pace import steadily, stepwise
 from station.republish.player import Player
 from station.republish.presence import Presence
@@ -127,7 +127,8 @@ def test_a_step_goes_on_to_the_next_frame_and_speaks_of_no_future(record):
     listener = Listener(clock)
     pauses_s = [3.0, 0.0, 0.0, 2.0, 60.0]
 
-    def enter() -> bool:
+    def enter(last: Item) -> bool:
+        assert last.topic is topics.FRAME
         clock.advance_to(clock.now_ns() + nanoseconds(pauses_s.pop(0)) if pauses_s else clock.now_ns())
         return bool(pauses_s)
 
