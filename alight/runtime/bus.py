@@ -10,7 +10,7 @@ import zenoh.ext
 
 from schemas.settings.bus import BusSettings
 from schemas.topics import Delivery, Topic
-from schemas.wire import WireMessage
+from schemas.wire import WireMessage, encoding_of
 
 LOGGER = logging.getLogger("alight")
 
@@ -60,11 +60,11 @@ class Bus:
 
     def publish(self, topic: Topic[Any], service: str, wire: WireMessage) -> None:
         """Send one message."""
-        key = topic.key(self._vehicle, service)
-        publisher = self._publishers.get(key)
-        if publisher is None:
-            publisher = self._publishers[key] = self._declare_publisher(topic, key, wire.encoding)
-        publisher.put(wire.payload, attachment=wire.attachment)
+        self._publisher(topic, service).put(wire.payload, attachment=wire.attachment)
+
+    def is_heard(self, topic: Topic[Any], service: str) -> bool:
+        """Whether anybody listens to what a service publishes on a topic."""
+        return bool(self._publisher(topic, service).matching_status.matching)
 
     def subscribe(self, topic: Topic[Any], on_sample: OnSample) -> None:
         """Hand every sample of a topic to `on_sample`, which must return at once: it runs on Zenoh's receiving thread."""
@@ -89,8 +89,15 @@ class Bus:
         """Leave the bus."""
         self._session.close()  # type: ignore[no-untyped-call]
 
-    def _declare_publisher(self, topic: Topic[Any], key: str, encoding: str) -> Any:
-        common: dict[str, Any] = {"encoding": zenoh.Encoding(encoding)}
+    def _publisher(self, topic: Topic[Any], service: str) -> Any:
+        key = topic.key(self._vehicle, service)
+        publisher = self._publishers.get(key)
+        if publisher is None:
+            publisher = self._publishers[key] = self._declare_publisher(topic, key)
+        return publisher
+
+    def _declare_publisher(self, topic: Topic[Any], key: str) -> Any:
+        common: dict[str, Any] = {"encoding": zenoh.Encoding(encoding_of(topic))}
         if topic.delivery is Delivery.STREAM:
             control = zenoh.CongestionControl.DROP
             return self._session.declare_publisher(key, congestion_control=control, **common)

@@ -1,6 +1,7 @@
 """Writes down what a node is given, so that a replay can give it the same again."""
 
 from base64 import b64encode
+from collections.abc import Iterator
 from typing import Any
 
 from alight.runtime.node import Arrival, Node, Publication
@@ -11,6 +12,11 @@ PERIOD_NS = 250_000_000
 """A journal is published this often: what a crash of the service keeps from the recording at most."""
 MOST_ENTRIES = 10_000
 """What waits at most; a node that is given more in one period is flooded, and its journal says so by a gap in `number`."""
+
+MOST_BYTES = 200_000
+"""Length of one journal at most: the wire refuses what is not much longer."""
+ENTRY_BYTES = 250
+"""What an entry without bytes takes, about."""
 
 
 class JournalKeeper:
@@ -44,28 +50,26 @@ class JournalKeeper:
             text = b64encode(data).decode()
             self._note(kind=EntryKind.BYTES, source=port, received_at_ns=now_ns, now_ns=now_ns, data=text)
 
-    def due(self, now_ns: int) -> list[Publication]:
-        """The journal, when it is time for one."""
+    def is_due(self, now_ns: int) -> bool:
+        """Whether it is time for a journal."""
         # A clock set back must not silence the journal.
-        if now_ns < self._due_ns and self._due_ns - now_ns <= 2 * PERIOD_NS:
-            return []
-        self._due_ns = now_ns + PERIOD_NS
-        return self.rest(now_ns)
+        return bool(self._entries) and (now_ns >= self._due_ns or self._due_ns - now_ns > 2 * PERIOD_NS)
 
     def rest(self, now_ns: int) -> list[Publication]:
-        """The journal of what was not published yet; nothing if there is nothing."""
-        if not self._entries:
-            return []
-        journal = Journal(
+        """The journal of what was not published yet, in several where it is long; nothing if there is nothing."""
+        self._due_ns = now_ns + PERIOD_NS
+        entries, self._entries = self._entries, []
+        return [Publication(topics.JOURNAL, self._journal(portion, now_ns)) for portion in _portions(entries)]
+
+    def _journal(self, entries: list[JournalEntry], now_ns: int) -> Journal:
+        number, self._number = self._number, self._number + 1
+        return Journal(
             at_ns=now_ns,
             service=self._service,
             started_at_ns=self._started_at_ns,
-            number=self._number,
-            entries=tuple(self._entries),
+            number=number,
+            entries=tuple(entries),
         )
-        self._number += 1
-        self._entries = []
-        return [Publication(topics.JOURNAL, journal)]
 
     def _note(self, **fields: Any) -> None:
         if not self._kept:
@@ -74,3 +78,17 @@ class JournalKeeper:
             self._entries = []
             self._number += 1
         self._entries.append(JournalEntry.model_construct(**fields))
+
+
+def _portions(entries: list[JournalEntry]) -> Iterator[list[JournalEntry]]:
+    portion: list[JournalEntry] = []
+    length = 0
+    for entry in entries:
+        weight = ENTRY_BYTES + len(entry.data)
+        if portion and length + weight > MOST_BYTES:
+            yield portion
+            portion, length = [], 0
+        portion.append(entry)
+        length += weight
+    if portion:
+        yield portion

@@ -74,7 +74,7 @@ class LiveRunner:
             if now_ns >= next_health_ns or next_health_ns - now_ns > 10 * NS_PER_S:
                 self._carry([Publication(topics.HEALTH, self._host.health.report(now_ns))], None)
                 next_health_ns = now_ns + nanoseconds(self._settings.bus.health_period_s)
-            self._carry(self._host.journal.due(now_ns), None)
+            self._write_journal(now_ns)
         self._finish()
 
     def _finish(self) -> None:
@@ -85,6 +85,11 @@ class LiveRunner:
         for port in self._ports.values():
             port.close()
         self.bus.close()
+
+    def _write_journal(self, now_ns: int) -> None:
+        """Publish the journal when it is due; where no recorder listens yet, it waits for one."""
+        if self._host.journal.is_due(now_ns) and self.bus.is_heard(topics.JOURNAL, self._host.node.service):
+            self._carry(self._host.journal.rest(now_ns), None)
 
     def _on_sample(self, topic: Topic[Any], payload: bytes, attachment: bytes | None, encoding: str) -> None:
         self._mailbox.put(Letter(self._clock.now_ns(), topic, payload, attachment, encoding))

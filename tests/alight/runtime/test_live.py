@@ -16,6 +16,7 @@ from schemas import topics
 from schemas.calibration import CameraCalibration
 from schemas.frame import FrameHeader
 from schemas.health import Health
+from schemas.journal import Journal
 from schemas.message import SCHEMA_VERSION
 from schemas.settings import Settings
 from schemas.settings.bus import BusSettings
@@ -81,6 +82,28 @@ class Onlooker(Node):
         return ()
 
 
+class Clerk(Node):
+    """Keeps the journals of all services."""
+
+    service = "recorder"
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.journals: list[Journal] = []
+        self.subscribe(topics.JOURNAL, self.on_journal)
+
+    def on_journal(self, arrival: Arrival[Journal]) -> tuple[()]:
+        self.journals.append(arrival.message)
+        return ()
+
+
+class Ticker(Node):
+    """Does nothing but look at the time."""
+
+    service = "filter"
+    tick_period_ns = 20_000_000
+
+
 def free_port() -> int:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
@@ -133,6 +156,17 @@ def test_who_joins_late_gets_the_newest_state(start: Callable[[Node], LiveRunner
     eye = Eye()
     start(eye)
     wait_for(lambda: len(eye.calibrations) == 1)
+
+
+def test_the_journal_waits_for_a_recorder_that_comes_late(start: Callable[[Node], LiveRunner]) -> None:
+    start(Ticker())
+    time.sleep(0.6)  # two journals are due and nobody listens
+    clerk = Clerk()
+    start(clerk)
+    wait_for(lambda: len(clerk.journals) >= 2)
+    assert [journal.number for journal in clerk.journals[:2]] == [0, 1]
+    first = clerk.journals[0]
+    assert len(first.entries) >= 10
 
 
 def test_a_slow_reader_gets_the_newest_frames_and_counts_the_rest(start: Callable[[Node], LiveRunner]) -> None:
