@@ -40,6 +40,17 @@ class Table:
         """The first of these columns that the table has: PX4 renamed some over the years."""
         return next((self.columns[name] for name in names if name in self.columns), None)
 
+    def where_finite(self, *names: str) -> "Table | None":
+        """The rows in which all of these columns hold numbers; None if there are none, or the table lacks a column."""
+        if not all(name in self.columns for name in names):
+            return None
+        rows = np.all([np.isfinite(self.columns[name]) for name in names], axis=0)
+        return (
+            Table(self.boot_ns[rows], {name: column[rows] for name, column in self.columns.items()})
+            if rows.any()
+            else None
+        )
+
 
 def read_ulog(path: Path) -> Mapping[str, Table]:
     """The tables of a log that matter here, by topic; of topics with several instances the first.

@@ -43,15 +43,21 @@ def pose_tables(tables: Mapping[str, Table], path: Path) -> PoseTables:
     Raises:
         SourceError: If the log never knew where the vehicle was.
     """
-    missing = [name for name in ("vehicle_global_position", "vehicle_attitude") if name not in tables]
-    if missing:
+    position, attitude = tables.get("vehicle_global_position"), tables.get("vehicle_attitude")
+    known = None if position is None else position.where_finite("lat", "lon", "alt")
+    if known is None:
         raise SourceError(
-            f"{path}: has no {missing[0]}: the autopilot had no position on the earth (no GPS fix), or did not log it"
+            f"{path}: has no vehicle_global_position: the autopilot had no position on the earth (no GPS fix), or did not log it"
         )
-    velocity = tables.get("vehicle_local_position")
-    rates = tables.get("vehicle_angular_velocity")
+    if attitude is None:
+        raise SourceError(f"{path}: has no vehicle_attitude: the autopilot did not log it")
+    velocity, rates = tables.get("vehicle_local_position"), tables.get("vehicle_angular_velocity")
     return PoseTables(
-        tables["vehicle_global_position"], tables["vehicle_attitude"], velocity, rates, geoid_separation_m(tables)
+        known,
+        attitude,
+        None if velocity is None else velocity.where_finite("vx", "vy", "vz"),
+        None if rates is None else rates.where_finite("xyz[0]", "xyz[1]", "xyz[2]"),
+        geoid_separation_m(tables),
     )
 
 
@@ -65,9 +71,9 @@ def geoid_separation_m(tables: Mapping[str, Table]) -> float:
         ("vehicle_gps_position", "alt_ellipsoid", "alt", 1e-3),
     )
     for name, ellipsoid, sea_level, unit_m in candidates:
-        columns = tables[name].columns if name in tables else {}
-        if ellipsoid in columns and sea_level in columns:
-            separation_m = float(np.median(columns[ellipsoid] - columns[sea_level])) * unit_m
+        table = tables[name].where_finite(ellipsoid, sea_level) if name in tables else None
+        if table is not None:
+            separation_m = float(np.median(table.columns[ellipsoid] - table.columns[sea_level])) * unit_m
             if separation_m != 0.0 and abs(separation_m) <= MAX_SEPARATION_M:
                 return separation_m
     return 0.0

@@ -18,7 +18,7 @@ from alight.runtime.clock import NS_PER_S, nanoseconds, seconds
 from schemas import topics
 from schemas.message import GlobalPosition
 from schemas.settings import Settings
-from schemas.vehicle import FlightMode, LandedState
+from schemas.vehicle import FlightMode, LandedState, VehicleState
 from station.__main__ import main
 from station.flight_record import read_flight
 from station.recording_import.source_error import SourceError
@@ -129,6 +129,22 @@ def test_a_px4_log_without_gps_time_counts_from_boot(tmp_path, capsys):
     assert next(one.message.at_ns for one in vehicle.heard if one.topic is topics.VEHICLE_STATE) == BOOT_US * 1000
     assert run_import(log, "--out", tmp_path / "out.mcap") == 0
     assert "count from the autopilot's boot" in capsys.readouterr().out
+
+
+def test_rows_of_a_px4_log_without_numbers_are_left_out(tmp_path):
+    nan = float("nan")
+    log = UlogFile(BOOT_US)
+    for number in range(100):
+        boot_us = BOOT_US + 20_000 * number
+        log.add("vehicle_attitude", boot_us, *([nan] * 4 if number % 7 == 0 else attitude(0.0)))
+        log.add("vehicle_angular_velocity", boot_us, nan if number % 5 == 0 else 0.1, 0.0, 0.0)
+        known = number % 20 != 0
+        log.add("vehicle_global_position", boot_us, 47.0 if known else nan, 8.0, 500.0, nan)
+        log.add("vehicle_local_position", boot_us, 0.0, nan if number % 3 else 0.0, 0.0)
+    states = [one.message for one in ulog_vehicle(log.write(tmp_path / "log.ulg"), Settings()).heard]
+    states = [state for state in states if isinstance(state, VehicleState)]
+    assert 80 <= len(states) < 100
+    assert all(state.position.latitude_deg == pytest.approx(47.0, abs=1e-9) for state in states)
 
 
 @needs_real
