@@ -47,6 +47,7 @@ def test_variables_of_others_are_left_alone() -> None:
         ("[pad]\nside_m = -1.0\n", {}, [], ["site.toml", "pad.side_m", "greater than 0", "-1.0"]),
         ("[pad]\nside_m = 'wide'\n", {}, [], ["site.toml", "pad.side_m", "number", "wide"]),
         ("pad = [\n", {}, [], ["site.toml", "not valid toml"]),
+        ("[pda]\nid = 5", {}, [], [".toml: pda is no setting", "did you mean pad?"]),
         ("", {"ALIGHT_PAD__ID": "-5"}, [], ["ALIGHT_PAD__ID", "pad.id"]),
         ("", {}, ["pad.id=x"], ["--set pad.id=x", "pad.id", "integer"]),
         ("", {}, ["pad.id"], ["--set pad.id", "section.key=value"]),
