@@ -8,9 +8,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from alight.geometry.camera import PinholeCamera
+from schemas.message import Quaternion
 
 GreyPicture = NDArray[np.uint8]
 Corners = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What is known beforehand of how the pad looks in one frame. Each part may be absent, and any may be wrong."""
+
+    height_m: float | None = None
+    """Of the camera above the plane of the pad, metres."""
+    height_sigma_m: float = 0.0
+    """Its standard deviation, metres."""
+    q_ned_camera: Quaternion | None = None
+    """The camera's attitude: takes camera to NED coordinates; w, x, y, z."""
+    attitude_sigma_rad: float = 0.0
+    """Standard deviation of that about each horizontal axis, and of the pad's own tilt, rad."""
+    centre_px: tuple[float, float] | None = None
+    """Where the pad's centre should be in the picture, distorted pixels; it may be outside."""
+    centre_sigma_px: float = 0.0
+    """Standard deviation of each of its coordinates, pixels."""
+    azimuth_rad: float | None = None
+    """Azimuth of the print's upward direction, rad."""
+    azimuth_sigma_rad: float = 0.0
+    """Its standard deviation against the camera's heading, rad."""
 
 
 @dataclass(frozen=True)
@@ -23,6 +46,8 @@ class View:
     """Middle of the exposure, UTC ns; rises from frame to frame."""
     camera: PinholeCamera | None = None
     """The calibrated camera, where there is one for this size of picture."""
+    prior: Prior | None = None
+    """What is known of the pad beforehand. A detector may use it; it must not lose a pad because of it."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +62,8 @@ class FoundMarker:
     """(4, 2): upper left, upper right, lower right, lower left corner of the print; the upper left pixel's centre is (0, 0)."""
     corner_sigma_px: float
     """Standard deviation of one corner coordinate, pixels."""
+    corner_covariance_px2: NDArray[np.float64] | None = None
+    """(8, 8), of x and y of the four corners one after the other, where the detector knows how their errors hang together."""
 
 
 class Detector(Protocol):

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from alight.markers.family import dictionary
 from alight.markers.layout import layout_from
 from schemas.settings import Settings
+from services.detector.aided.backend import AidedBackend
 from services.detector.aruco import ArucoBackend
 from services.detector.detector import Detector, WantedMarker
 from services.detector.nested_aruco import NestedAruco
@@ -21,7 +22,14 @@ def _aruco(settings: Settings) -> Detector:
     return ArucoBackend(dictionary(pad.family), pad.family, settings.detector.aruco, WantedMarker(pad.family, pad.id))
 
 
-BACKENDS: Mapping[str, Callable[[Settings], Detector]] = {ArucoBackend.name: _aruco}
+def _aided(settings: Settings) -> Detector:
+    whole_frame = settings.detector.model_copy(
+        update={"aruco": settings.detector.aruco.model_copy(update={"track": False})}
+    )
+    return AidedBackend(layout_from(settings.pad), _aruco(settings.model_copy(update={"detector": whole_frame})))
+
+
+BACKENDS: Mapping[str, Callable[[Settings], Detector]] = {ArucoBackend.name: _aruco, AidedBackend.name: _aided}
 """Name in `detector.backend` to what builds it."""
 
 

@@ -1,0 +1,186 @@
+"""The backend `aided`: finds the pad by its known pattern, and by OpenCV's detector where that is quicker."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from alight.geometry.camera import PinholeCamera
+from alight.geometry.rotation import R_from_quaternion
+from alight.markers.layout import PadLayout, PlacedMarker
+from services.detector.aided.alignment import Aligner, Alignment, Guess
+from services.detector.aided.level_view import Region, level_view
+from services.detector.aided.marker_view import TiltPrior, views_of_square
+from services.detector.aided.pattern import pattern_of
+from services.detector.aided.pixel_rays import PixelRays
+from services.detector.aided.search import BANK_SIDE_PX, PatternSearch
+from services.detector.aided.tracking import Track, shifted_to_match
+from services.detector.aided.verification import is_marker
+from services.detector.detector import Detector, FoundMarker, Prior, Tally, View
+
+Array = NDArray[np.float64]
+
+_LEVEL_RATIO = 1.42
+_UNKNOWN_SIDES_PX = (BANK_SIDE_PX, BANK_SIDE_PX * _LEVEL_RATIO, BANK_SIDE_PX * _LEVEL_RATIO**2)
+_LARGEST_ENLARGING = 1.3
+_PROPOSALS = 10
+_FIRST_STEPS, _MORE_STEPS = 4, 10
+_TRACK_STEPS = 6
+_HOPELESS = 0.6
+_SHADOW_ABOVE = 0.72
+_SHADOW_BELOW = 0.975
+_SHADOW_GAIN = 0.8
+_UNKNOWN_TILT_RAD = math.radians(12.0)
+_LEAST_TILT_RAD = math.radians(1.0)
+_NOMINAL_FOCAL_WIDTHS = 0.9
+
+
+class AidedBackend:
+    """Looks for one pad."""
+
+    name = "aided"
+
+    def __init__(self, layout: PadLayout, whole_frame: Detector) -> None:
+        """Prepare the pattern.
+
+        Args:
+            layout: The pad.
+            whole_frame: What finds large markers without any hint.
+        """
+        self._layout = layout
+        self._main = layout.markers[0]
+        self._pattern = pattern_of(self._main, layout)
+        self._search = PatternSearch(self._pattern)
+        self._whole_frame = whole_frame
+        self._camera: PinholeCamera | None = None
+        self._aligner: Aligner | None = None
+        self._track = Track()
+        self._tally = Tally({"tracked": 0, "pattern_searches": 0, "found_by_pattern": 0})
+
+    def detect(self, view: View) -> tuple[FoundMarker, ...]:
+        """The pad's markers, and whatever else a search of the whole frame has met."""
+        aligner = self._aligner_for(view)
+        tracked = self._tracked(view, aligner)
+        if tracked is not None:
+            self._tally.add("tracked")
+            self._track.seen(view, tracked.guess)
+            return (self._found(tracked, self._main),)
+        self._track.lost()
+        found = self._whole_frame.detect(view)
+        if any(self._layout.find(marker.family, marker.id) for marker in found):
+            return tuple(self._sharpened(view, marker, aligner) for marker in found)
+        alignment = self._acquired(view, aligner)
+        if alignment is None:
+            return found
+        self._tally.add("found_by_pattern")
+        self._track.seen(view, alignment.guess)
+        return (*found, self._found(alignment, self._main))
+
+    def counters(self) -> Mapping[str, int]:
+        """How the pad was found."""
+        return {**self._whole_frame.counters(), **self._tally.counts}
+
+    def _aligner_for(self, view: View) -> Aligner:
+        height, width = view.picture.shape
+        camera = view.camera or _nominal_camera(width, height)
+        if self._aligner is None or camera != self._camera:
+            self._camera = camera
+            self._aligner = Aligner(self._pattern, self._main.side_m, PixelRays(camera))
+        return self._aligner
+
+    def _sharpened(self, view: View, marker: FoundMarker, aligner: Aligner) -> FoundMarker:
+        """The pad's largest marker laid over the picture, where OpenCV's detector has found it; any other as it is."""
+        if (marker.family, marker.id) != (self._main.family, self._main.id):
+            return marker
+        views = views_of_square(marker.corners_px, self._main.side_m, aligner.camera)
+        alignment = self._confirmed(view, [Guess(each) for each in views], aligner, _tilt(view.prior))
+        if alignment is None:
+            return marker
+        self._track.seen(view, alignment.guess)
+        return self._found(alignment, self._main)
+
+    def _acquired(self, view: View, aligner: Aligner) -> Alignment | None:
+        self._tally.add("pattern_searches")
+        tilt = _tilt(view.prior)
+        for side_px, scale in _levels(view.prior, aligner.camera, self._main.side_m):
+            level = level_view(view.picture, aligner.camera, tilt.normal_camera, scale, _region(view.prior, side_px))
+            if level is None:
+                continue
+            proposals = self._search.proposals(level.picture, _PROPOSALS)
+            guesses = [Guess(level.marker_view(proposal, self._main.side_m)) for proposal in proposals]
+            alignment = self._confirmed(view, guesses, aligner, tilt)
+            if alignment is not None:
+                return alignment
+        return None
+
+    def _confirmed(self, view: View, guesses: list[Guess], aligner: Aligner, tilt: TiltPrior) -> Alignment | None:
+        """The first of the guesses, the likeliest tried first, that turns out to be the marker."""
+        begun = [aligner.fitted(view.picture, guess, tilt, _FIRST_STEPS) for guess in guesses]
+        hopeful = [each for each in begun if each is not None and each.code_likeness >= _HOPELESS]
+        for first in sorted(hopeful, key=lambda each: -each.code_likeness):
+            alignment = self._settled(view, first, aligner, tilt)
+            if alignment is not None:
+                return alignment
+        return None
+
+    @staticmethod
+    def _settled(view: View, first: Alignment, aligner: Aligner, tilt: TiltPrior) -> Alignment | None:
+        """The fit gone on with, if needed with the edge of a shadow; None if it does not show the marker."""
+        even = aligner.fitted(view.picture, first.guess, tilt, _MORE_STEPS)
+        if even is None:
+            return None
+        if even.likeness < _SHADOW_BELOW and even.code_likeness >= _SHADOW_ABOVE:
+            shaded = aligner.fitted(view.picture, aligner.shaded(even), tilt, _MORE_STEPS)
+            if shaded is not None and shaded.residual < _SHADOW_GAIN * even.residual:
+                even = shaded
+        return even if is_marker(even, tilt, view.prior) else None
+
+    def _tracked(self, view: View, aligner: Aligner) -> Alignment | None:
+        """The marker where it should be after the last frame."""
+        predicted = self._track.predicted(view)
+        guess = shifted_to_match(view.picture, aligner, predicted) if predicted is not None else None
+        if guess is None:
+            return None
+        tilt = _tilt(view.prior)
+        alignment = aligner.fitted(view.picture, guess, tilt, _TRACK_STEPS)
+        if alignment is not None and is_marker(alignment, tilt, view.prior):
+            return alignment
+        return self._confirmed(view, [guess], aligner, tilt)
+
+    @staticmethod
+    def _found(alignment: Alignment, marker: PlacedMarker) -> FoundMarker:
+        covariance = alignment.corner_covariance_px2
+        sigma_px = math.sqrt(float(np.trace(covariance)) / 8.0)
+        return FoundMarker(marker.family, marker.id, alignment.corners_px, sigma_px, covariance)
+
+
+def _tilt(prior: Prior | None) -> TiltPrior:
+    if prior is None or prior.q_ned_camera is None:
+        return TiltPrior(np.array((0.0, 0.0, -1.0)), _UNKNOWN_TILT_RAD)
+    up_camera = -R_from_quaternion(prior.q_ned_camera)[2]
+    return TiltPrior(up_camera, max(prior.attitude_sigma_rad, _LEAST_TILT_RAD))
+
+
+def _levels(prior: Prior | None, camera: PinholeCamera, side_m: float) -> list[tuple[float, float]]:
+    """For each search the side of the marker that it is for, pixels, and the scale of its picture."""
+    focal_px = (camera.fx_px + camera.fy_px) / 2.0
+    if prior is None or prior.height_m is None or prior.height_m <= 0.0:
+        return [(side_px, BANK_SIDE_PX / side_px) for side_px in _UNKNOWN_SIDES_PX]
+    spread = math.log1p(2.0 * prior.height_sigma_m / prior.height_m) if prior.q_ned_camera else math.log(1.25)
+    count = max(math.ceil(2.0 * spread / math.log(_LEVEL_RATIO)), 1)
+    middle_px = focal_px * side_m / prior.height_m
+    sides = [middle_px * _LEVEL_RATIO ** (number - (count - 1) / 2.0) for number in range(count)]
+    return [(side, min(BANK_SIDE_PX / side, _LARGEST_ENLARGING)) for side in sides]
+
+
+def _region(prior: Prior | None, side_px: float) -> Region | None:
+    if prior is None or prior.centre_px is None:
+        return None
+    return Region(*prior.centre_px, 3.0 * prior.centre_sigma_px + 1.5 * side_px)
+
+
+def _nominal_camera(width_px: int, height_px: int) -> PinholeCamera:
+    """A camera to compute with where none is known: what is found is then exact only in the picture, not in space."""
+    focal_px = _NOMINAL_FOCAL_WIDTHS * width_px
+    return PinholeCamera(width_px, height_px, focal_px, focal_px, (width_px - 1) / 2.0, (height_px - 1) / 2.0)
