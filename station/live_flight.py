@@ -17,6 +17,8 @@ from station.supervisor import Incident, Supervisor
 SETTLE_S = 1.0
 """Flown on after the end, so that the recording shows the vehicle at rest."""
 POLL_S = 0.05
+RECORDER_STARTS_S = 5.0
+"""The other services wait so long for the recorder at most."""
 
 
 @dataclass
@@ -68,7 +70,7 @@ def fly_live(
     supervisor = Supervisor(settings_file, log_directory)
     outcome = LiveOutcome(incidents=supervisor.incidents)
     try:
-        supervisor.start(services)
+        _start(supervisor, services, bus)
         thread.start()
         _follow(director, supervisor)
         outcome.failure = director.failure
@@ -80,6 +82,18 @@ def fly_live(
         runner.stop()
         thread.join(timeout=3.0)
     return outcome
+
+
+def _start(supervisor: Supervisor, services: tuple[str, ...], bus: Bus) -> None:
+    """The recorder first, so that the recording misses nothing that the others say or are told."""
+    listening = threading.Event()
+    if "recorder" in services:
+        bus.watch_alive(lambda service, alive: listening.set() if alive and service == "recorder" else None)
+        supervisor.start(("recorder",))
+        deadline_s = time.monotonic() + RECORDER_STARTS_S
+        while not listening.wait(POLL_S) and time.monotonic() < deadline_s:
+            supervisor.watch()
+    supervisor.start(service for service in services if service != "recorder")
 
 
 def _follow(director: FlightDirector, supervisor: Supervisor) -> None:

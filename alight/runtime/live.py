@@ -47,9 +47,9 @@ class LiveRunner:
         for name, port in self._ports.items():
             port.open(lambda data, name=name: self._mailbox.put(Letter(self._clock.now_ns(), payload=data, port=name)))  # type: ignore[misc]
         self.bus = bus or Bus(settings.vehicle, settings.bus)
-        self.bus.announce(node.service)
         for topic in node.subscriptions:
             self.bus.subscribe(topic, self._on_sample)
+        self.bus.announce(node.service)  # who sees it may rely on its being heard
 
     def stop(self) -> None:
         """Ask `run` to return; safe from a signal handler and from any thread."""
