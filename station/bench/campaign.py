@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import resource
 import tempfile
 import time
 from collections.abc import Sequence
@@ -42,20 +43,26 @@ def bench_campaign(words: Sequence[str] = ()) -> None:
 def _scaling(spec: Path, out: Path, flights: int) -> None:
     rows, alone_hz = [], 0.0
     for jobs in sorted({1, cores()}):
+        cpu_before_s = _cpu_of_children_s()
         took_s = _undisturbed(spec, out / f"jobs-{jobs}", flights, ("--jobs", str(jobs)))
-        alone_hz = alone_hz or flights / took_s
-        rows.append(
-            (
-                str(jobs),
-                str(flights),
-                f"{took_s:.1f}",
-                f"{flights / took_s:.2f}",
-                f"{flights / took_s / alone_hz:.2f}",
-                _load(),
-            )
+        cpu_s = (_cpu_of_children_s() - cpu_before_s) / flights
+        rate_hz = flights / took_s
+        alone_hz = alone_hz or rate_hz
+        cells = (
+            f"{took_s:.1f}",
+            f"{rate_hz:.2f}",
+            f"{rate_hz / alone_hz:.2f}",
+            f"{cpu_s:.2f}",
+            f"{os.getloadavg()[0]:.1f}",
         )
-    head = ("cores", "flights", "took, s", "flights/s", "times one core", "load of the machine")
-    print_table("Scaling, start of the command to its end", head, rows)
+        rows.append((str(jobs), str(flights), *cells))
+    head = ("cores", "flights", "took, s", "flights/s", "times one core", "CPU a flight, s", "load of the machine")
+    print_table("Scaling, from the start of the command to its end", head, rows)
+
+
+def _cpu_of_children_s() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def _same_results(spec: Path, out: Path, flights: int, dask_flights: int) -> None:
@@ -110,7 +117,3 @@ def _compared(found: Sequence[object], reference: Sequence[object]) -> str:
 
 def _bytes(folder: Path) -> bytes:
     return (folder / RESULTS).read_bytes()
-
-
-def _load() -> str:
-    return f"{os.getloadavg()[0]:.1f}"

@@ -14,6 +14,7 @@ _FLIES = (
     "station/director.py",
     "station/lockstep_flight.py",
     "station/campaign/fly_task.py",
+    "station/campaign/memory_recorder.py",
     "station/campaign/row.py",
 )
 """What of this program a flight runs through."""
