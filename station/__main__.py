@@ -62,6 +62,7 @@ def parser() -> argparse.ArgumentParser:
     _add_run(commands)
     _add_asking(commands)
     _add_detect(commands)
+    _add_pad(commands)
     _add_report(commands)
     _add_replay(commands)
     _add_recording(commands)
@@ -119,6 +120,15 @@ def _add_detect(commands: "argparse._SubParsersAction[argparse.ArgumentParser]")
     command = commands.add_parser("detect", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
     detect.add_arguments(command)
     command.set_defaults(run=detect.run)
+
+
+def _add_pad(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    from station.pad import command as pad  # noqa: PLC0415
+
+    command = commands.add_parser(
+        "pad", help="print a pad at true scale, or show it", description="Print or show a pad."
+    )
+    pad.add_arguments(command)
 
 
 def _add_report(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
