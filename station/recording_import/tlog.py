@@ -8,7 +8,9 @@ from station.recording_import.source_error import SourceError
 
 STAMP_BYTES = 8
 NS_PER_US = 1000
-_HEADER_AND_CHECKSUM = {0xFE: 8, 0xFD: 12}
+MAVLINK_1, MAVLINK_2 = 0xFE, 0xFD
+"""The byte that a packet starts with."""
+_HEADER_AND_CHECKSUM = {MAVLINK_1: 8, MAVLINK_2: 12}
 """Bytes of a packet beside its payload, by the byte that it starts with: MAVLink 1 and 2."""
 _SIGNATURE_BYTES, _SIGNED = 13, 0x01
 
@@ -21,6 +23,16 @@ class Packet:
     """When the program that wrote the log heard or sent it, UTC ns; never before the packet ahead of it."""
     data: bytes
     """The whole packet."""
+
+    @property
+    def component(self) -> int:
+        """Which part of the system sent it."""
+        return self.data[6] if self.data[0] == MAVLINK_2 else self.data[4]
+
+    @property
+    def message_id(self) -> int:
+        """Which message it is."""
+        return int.from_bytes(self.data[7:10], "little") if self.data[0] == MAVLINK_2 else self.data[5]
 
 
 def read_tlog(path: Path) -> Iterator[Packet]:
@@ -41,7 +53,7 @@ def read_tlog(path: Path) -> Iterator[Packet]:
         beside = _HEADER_AND_CHECKSUM.get(data[start])
         if beside is None:
             raise SourceError(f"{path}: no MAVLink packet at byte {start}: is this a .tlog, and undamaged?")
-        signed = data[start] == 0xFD and data[start + 2] & _SIGNED
+        signed = data[start] == MAVLINK_2 and data[start + 2] & _SIGNED
         end = start + data[start + 1] + beside + (_SIGNATURE_BYTES if signed else 0)
         if end > len(data):
             return

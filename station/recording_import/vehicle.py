@@ -8,6 +8,7 @@ from pathlib import Path
 from alight.runtime.clock import NS_PER_S
 from schemas import topics
 from schemas.settings import Settings
+from station.recording_import.euler_attitude import with_quaternions
 from station.recording_import.heard import Heard
 from station.recording_import.mavlink_vehicle import mavlink_vehicle
 from station.recording_import.source_error import SourceError
@@ -40,7 +41,7 @@ def vehicle_of(log: Path, settings: Settings) -> Vehicle:
     """
     dated = True
     if log.suffix.lower() == ".tlog":
-        heard = list(mavlink_vehicle(read_tlog(log), settings))
+        heard = list(mavlink_vehicle(with_quaternions(list(read_tlog(log))), settings))
     elif log.suffix.lower() == ".ulg":
         source = ulog_vehicle(log, settings)
         heard, dated = list(source.heard), source.dated
@@ -49,7 +50,7 @@ def vehicle_of(log: Path, settings: Settings) -> Vehicle:
     stamps_ns = [one.message.stamp_ns for one in heard if one.topic is topics.VEHICLE_STATE]
     if not stamps_ns:
         raise SourceError(
-            f"{log}: holds no pose: it needs GLOBAL_POSITION_INT and ATTITUDE_QUATERNION of an autopilot with a HEARTBEAT"
+            f"{log}: holds no pose: it needs GLOBAL_POSITION_INT and ATTITUDE_QUATERNION (or ATTITUDE) of an autopilot with a HEARTBEAT"
         )
     return Vehicle(log, heard, stamps_ns[0], stamps_ns[-1], len(stamps_ns), dated)
 
