@@ -68,8 +68,23 @@ def choose(
     return Choice(tuple(published), left_out)
 
 
-def living_publisher(topic: Topic[Any], alive: Collection[str]) -> str | None:
-    """A service on the bus that publishes this topic itself; None if there is none."""
+def conflict(topic: Topic[Any], alive: Collection[str], *, named: bool) -> str | None:
+    """Why a topic must not be published beside the services that live on the bus; None if it may.
+
+    Args:
+        topic: The topic.
+        alive: Services that live on the bus.
+        named: Whether it was asked for by name.
+    """
+    rival = _living_publisher(topic, alive)
+    if rival is not None:
+        return f"the {rival} on this bus publishes it"
+    if topic is topics.PAD_ESTIMATE and "commander" in alive and not named:
+        return "the commander on this bus would steer by it; only by name, with --topics"
+    return None
+
+
+def _living_publisher(topic: Topic[Any], alive: Collection[str]) -> str | None:
     return next((service for service in sorted(topic.publishers) if service in alive), None)
 
 
@@ -77,7 +92,7 @@ def _check_asked_for(only: Sequence[str], recorded: Collection[str], alive: Coll
     for name in only:
         if name not in recorded:
             raise ChoiceError(f"{name} is not in the recording; there are {', '.join(sorted(recorded))}")
-        rival = living_publisher(topics.BY_NAME[name], alive)
+        rival = _living_publisher(topics.BY_NAME[name], alive)
         if rival is not None:
             raise ChoiceError(f"{name} is published by the {rival} on this bus: stop it first, or leave the topic out")
 
@@ -89,9 +104,4 @@ def _reason_against(
         return "not chosen"
     if only is None and topic.name in BY_NAME_ONLY:
         return f"{BY_NAME_ONLY[topic.name]}; only by name, with --topics"
-    rival = living_publisher(topic, alive)
-    if rival is not None:
-        return f"the {rival} on this bus publishes it"
-    if only is None and topic is topics.PAD_ESTIMATE and "commander" in alive:
-        return "the commander on this bus would steer by it; only by name, with --topics"
-    return None
+    return conflict(topic, alive, named=only is not None)

@@ -16,7 +16,7 @@ from schemas.settings import Settings
 from schemas.topics import SERVICES
 from station.flight_record import FlightRecord, read_flight
 from station.live_flight import rendezvous
-from station.republish.choice import REPLAY, choose
+from station.republish.choice import REPLAY, choose, conflict
 from station.republish.excerpt import Item, excerpt, recorded_topics
 from station.republish.pace import PatientWallClock, steadily, stepwise
 from station.republish.player import Player
@@ -98,7 +98,7 @@ def _replay(record: FlightRecord, bus: Bus, arguments: argparse.Namespace) -> in
     player = Player(bus.publish, record.picture, clock, original_time=arguments.original_time, paced=not arguments.step)
     due = stepwise(part, clock, _asking(part.began_ns)) if arguments.step else steadily(part, clock, arguments.speed)
     try:
-        player.play(due, lambda: presence.services)
+        player.play(due, lambda topic: conflict(topic, presence.services, named=arguments.topics is not None))
         time.sleep(SETTLE_S)  # the last messages leave the process
     finally:
         for line in how_it_went(player.played):

@@ -1,7 +1,7 @@
 """Puts what is due on the bus, and counts."""
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,7 +11,6 @@ from schemas.frame import FrameHeader
 from schemas.message import Message
 from schemas.topics import Topic
 from schemas.wire import WireMessage, encode
-from station.republish.choice import living_publisher
 from station.republish.pace import Due, PatientClock
 from station.republish.time_map import restamped
 
@@ -25,8 +24,8 @@ class Played:
 
     sent: Counter[str] = field(default_factory=Counter)
     """Messages by topic."""
-    taken_over: dict[str, str] = field(default_factory=dict)
-    """Topics given up because a service that publishes them appeared, with its name."""
+    given_up: dict[str, str] = field(default_factory=dict)
+    """Topics that could not be published to the end, and why: a service appeared."""
     damaged_pictures: int = 0
     """Frames whose picture could not be read."""
     latest_s: float = 0.0
@@ -55,18 +54,18 @@ class Player:
         self._paced = paced
         self.played = Played()
 
-    def play(self, due: Iterable[Due], alive: Callable[[], Collection[str]]) -> Played:
-        """Publish everything; a topic ends when a service that publishes it appears among the living.
+    def play(self, due: Iterable[Due], conflict: Callable[[Topic[Any]], str | None]) -> Played:
+        """Publish everything; a topic that may not be published any more is given up for good.
 
         Args:
             due: The messages, each when it is due, with its map of times.
-            alive: The services that live on the bus at present.
+            conflict: Why a topic may not be published at present; None if it may.
         """
         for times, item in due:
-            rival = living_publisher(item.topic, alive())
-            if rival is not None:
-                self.played.taken_over.setdefault(item.topic.name, rival)
-            if item.topic.name in self.played.taken_over:
+            reason = conflict(item.topic)
+            if reason is not None:
+                self.played.given_up.setdefault(item.topic.name, reason)
+            if item.topic.name in self.played.given_up:
                 continue
             if self._paced:
                 late_s = seconds(self._clock.now_ns() - times.moved_ns(item.at_ns))

@@ -40,8 +40,8 @@ def what_is_published(choice: Choice, part: Excerpt, pace: str, now_ns: int | No
 def how_it_went(played: Played) -> Iterator[str]:
     """Lines that say what was published in the end."""
     yield f"published  {', '.join(f'{name} ({count})' for name, count in sorted(played.sent.items())) or 'nothing'}"
-    for name, service in sorted(played.taken_over.items()):
-        yield f"given up   {name}: the {service} appeared on this bus and publishes it"
+    for name, reason in sorted(played.given_up.items()):
+        yield f"given up   {name}, in the middle: {reason}"
     if played.damaged_pictures:
         yield f"left out   {played.damaged_pictures} frames: their pictures are damaged"
     if played.latest_s > LATE_S:

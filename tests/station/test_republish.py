@@ -13,7 +13,7 @@ from schemas import topics
 from schemas.settings import Settings
 from schemas.wire import decode
 from station.flight_record import read_flight
-from station.republish.choice import ChoiceError, choose
+from station.republish.choice import ChoiceError, choose, conflict
 from station.republish.excerpt import Item, excerpt, recorded_topics
 from station.republish.pace import steadily, stepwise
 from station.republish.player import Player
@@ -54,12 +54,16 @@ def record(tmp_path_factory):
     return read_flight(Flight(paint_every=3, abort_at_s=3.0).write(tmp_path_factory.mktemp("flight"), frames="png"))
 
 
-def replay(record, *, speed=1.0, from_s=0.0, to_s=None, original_time=False, alive=frozenset, names=ALL):
+def unopposed(topic):
+    """Nobody else is on the bus."""
+
+
+def replay(record, *, speed=1.0, from_s=0.0, to_s=None, original_time=False, names=ALL):
     clock = PatientVirtualClock(TODAY_NS)
     listener = Listener(clock)
     part = excerpt(record, names, from_s, to_s)
     player = Player(listener.publish, record.picture, clock, original_time=original_time)
-    played = player.play(steadily(part, clock, speed), alive)
+    played = player.play(steadily(part, clock, speed), unopposed)
     return listener, part, played
 
 
@@ -133,7 +137,7 @@ def test_a_step_goes_on_to_the_next_frame_and_speaks_of_no_future(record):
         return bool(pauses_s)
 
     part = excerpt(record, ALL)
-    Player(listener.publish, record.picture, clock, original_time=False).play(stepwise(part, clock, enter), frozenset)
+    Player(listener.publish, record.picture, clock, original_time=False).play(stepwise(part, clock, enter), unopposed)
     frames = [(heard_ns, message) for heard_ns, topic, message in listener.heard if topic is topics.FRAME]
     recorded = record.messages(topics.FRAME)[::3]
     assert [frame.sequence for _, frame in frames] == [frame.sequence for frame in recorded[:4]]
@@ -213,21 +217,22 @@ def test_a_service_that_appears_takes_its_topics_over(record):
     clock = PatientVirtualClock(TODAY_NS)
     listener = Listener(clock)
 
-    def alive():
+    def rival(topic):
         if seconds(clock.now_ns() - TODAY_NS) > 1.0:
             presence.note("geolocator", True)
-        return presence.services
+            presence.note("commander", True)
+        return conflict(topic, presence.services, named=False)
 
-    part = excerpt(record, (topics.DETECTION.name, topics.PAD_FIX.name))
-    played = Player(listener.publish, record.picture, clock, original_time=False).play(
-        steadily(part, clock, 1.0), alive
-    )
+    part = excerpt(record, (topics.DETECTION.name, topics.PAD_FIX.name, topics.PAD_ESTIMATE.name))
+    player = Player(listener.publish, record.picture, clock, original_time=False)
+    played = player.play(steadily(part, clock, 1.0), rival)
     last_s = {topic.name: seconds(heard_ns - TODAY_NS) for heard_ns, topic, _ in listener.heard}
     assert last_s[topics.PAD_FIX.name] <= 1.05
+    assert last_s[topics.PAD_ESTIMATE.name] <= 1.1, "a commander that appears is not steered either"
     assert last_s[topics.DETECTION.name] > 3.5
-    assert played.taken_over == {topics.PAD_FIX.name: "geolocator"}
+    assert played.given_up[topics.PAD_FIX.name] == "the geolocator on this bus publishes it"
     presence.note("geolocator", False)
-    assert presence.services == frozenset()
+    assert presence.services == {"commander"}
 
 
 def test_it_says_what_it_publishes_and_what_became_of_it(record):
@@ -250,6 +255,6 @@ def test_a_machine_that_does_not_keep_up_is_told(record):
         clock.advance_to(clock.now_ns() + nanoseconds(0.05))
 
     part = excerpt(record, (topics.VEHICLE_STATE.name,), to_s=2.0)
-    played = Player(publish, record.picture, clock, original_time=False).play(steadily(part, clock, 1.0), frozenset)
+    played = Player(publish, record.picture, clock, original_time=False).play(steadily(part, clock, 1.0), unopposed)
     assert played.latest_s == pytest.approx(3.0, abs=0.2)
     assert any("does not keep up" in line for line in how_it_went(played))
