@@ -12,10 +12,13 @@ from alight.runtime.node import Arrival, Node, Outputs, Pixels, Publication
 from schemas import topics
 from schemas.calibration import CameraCalibration
 from schemas.detection import Detection, Marker
+from schemas.estimate import PadEstimate
 from schemas.frame import FrameHeader
 from schemas.settings import Settings
+from schemas.vehicle import GimbalState, VehicleState
 from services.detector.board_pose import pad_view
 from services.detector.detector import Detector, FoundMarker, View
+from services.detector.prior import PriorKeeper
 from services.detector.square_pose import located
 
 _MOST_MARKERS = 256
@@ -31,14 +34,30 @@ class DetectorNode(Node):
         super().__init__()
         self._detector = detector
         self._layout = layout_from(settings.pad)
+        self._prior = PriorKeeper(settings.geolocator.mount)
         self._camera: PinholeCamera | None = None
         self._complaint = ""
         self._counts = {"frames": 0, "frames_with_markers": 0, "frames_without_calibration": 0}
         self.subscribe(topics.FRAME, self._on_frame)
         self.subscribe(topics.CALIBRATION, self._on_calibration)
+        self.subscribe(topics.VEHICLE_STATE, self._on_vehicle_state)
+        self.subscribe(topics.GIMBAL_STATE, self._on_gimbal_state)
+        self.subscribe(topics.PAD_ESTIMATE, self._on_pad_estimate)
 
     def _on_calibration(self, arrival: Arrival[CameraCalibration]) -> Outputs:
         self._camera = PinholeCamera.from_calibration(arrival.message)
+        return ()
+
+    def _on_vehicle_state(self, arrival: Arrival[VehicleState]) -> Outputs:
+        self._prior.add_state(arrival.message)
+        return ()
+
+    def _on_gimbal_state(self, arrival: Arrival[GimbalState]) -> Outputs:
+        self._prior.add_gimbal(arrival.message)
+        return ()
+
+    def _on_pad_estimate(self, arrival: Arrival[PadEstimate]) -> Outputs:
+        self._prior.add_estimate(arrival.message)
         return ()
 
     def _on_frame(self, arrival: Arrival[FrameHeader]) -> Outputs:
@@ -77,7 +96,8 @@ class DetectorNode(Node):
         """All markers seen. The size of markers that are not on the pad is not known: that of its largest is assumed."""
         if self._camera is None:
             return ()
-        found = self._detector.detect(View(picture, captured_at_ns, self._camera))
+        prior = self._prior.at(captured_at_ns, self._camera)
+        found = self._detector.detect(View(picture, captured_at_ns, self._camera, prior))
         markers = (located(marker, self._side_m(marker), self._camera) for marker in found[:_MOST_MARKERS])
         return tuple(marker for marker in markers if marker is not None)
 

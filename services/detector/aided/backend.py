@@ -24,10 +24,11 @@ Array = NDArray[np.float64]
 _LEVEL_RATIO = 1.42
 _UNKNOWN_SIDES_PX = (BANK_SIDE_PX, BANK_SIDE_PX * _LEVEL_RATIO, BANK_SIDE_PX * _LEVEL_RATIO**2)
 _LARGEST_ENLARGING = 1.3
-_PROPOSALS = 10
+_PROPOSALS = 12
 _FIRST_STEPS, _MORE_STEPS = 4, 10
 _TRACK_STEPS = 6
-_HOPELESS = 0.6
+_HOPELESS, _HOPEFUL = 0.6, 0.85
+_SECOND_THOUGHTS = 3
 _SHADOW_ABOVE = 0.72
 _SHADOW_BELOW = 0.975
 _SHADOW_GAIN = 0.8
@@ -103,22 +104,30 @@ class AidedBackend:
     def _acquired(self, view: View, aligner: Aligner) -> Alignment | None:
         self._tally.add("pattern_searches")
         tilt = _tilt(view.prior)
+        scored: list[tuple[float, Guess]] = []
         for side_px, scale in _levels(view.prior, aligner.camera, self._main.side_m):
-            level = level_view(view.picture, aligner.camera, tilt.normal_camera, scale, _region(view.prior, side_px))
-            if level is None:
-                continue
-            proposals = self._search.proposals(level.picture, _PROPOSALS)
-            guesses = [Guess(level.marker_view(proposal, self._main.side_m)) for proposal in proposals]
-            alignment = self._confirmed(view, guesses, aligner, tilt)
-            if alignment is not None:
-                return alignment
-        return None
+            region = _region(view.prior, side_px)
+            level = level_view(view.picture, aligner.camera, tilt.normal_camera, scale, region)
+            if level is not None:
+                proposals = self._search.proposals(level.picture, _PROPOSALS)
+                scored += [(each.score, Guess(level.marker_view(each, self._main.side_m))) for each in proposals]
+        scored.sort(key=lambda each: -each[0])
+        return self._confirmed(view, [guess for _, guess in scored[:_PROPOSALS]], aligner, tilt)
 
     def _confirmed(self, view: View, guesses: list[Guess], aligner: Aligner, tilt: TiltPrior) -> Alignment | None:
         """The first of the guesses, the likeliest tried first, that turns out to be the marker."""
-        begun = [aligner.fitted(view.picture, guess, tilt, _FIRST_STEPS) for guess in guesses]
-        hopeful = [each for each in begun if each is not None and each.code_likeness >= _HOPELESS]
-        for first in sorted(hopeful, key=lambda each: -each.code_likeness):
+        hopeful: list[Alignment] = []
+        for guess in guesses:
+            first = aligner.fitted(view.picture, guess, tilt, _FIRST_STEPS)
+            if first is None or first.code_likeness < _HOPELESS:
+                continue
+            if first.code_likeness >= _HOPEFUL:
+                alignment = self._settled(view, first, aligner, tilt)
+                if alignment is not None:
+                    return alignment
+            else:
+                hopeful.append(first)
+        for first in sorted(hopeful, key=lambda each: -each.code_likeness)[:_SECOND_THOUGHTS]:
             alignment = self._settled(view, first, aligner, tilt)
             if alignment is not None:
                 return alignment

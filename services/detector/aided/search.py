@@ -26,7 +26,12 @@ _FLOOR = 0.06
 """Contrast, as a difference of logarithms a pixel, below which a place is taken for flat."""
 _PLACES = 320
 _CLOSER = 48
+_KEENER = 32
 _RING_CELLS = 1.05
+_APART_PX = 2.5
+_CHANGES = ((0.4, 0.0, 0.0, 0.0), (0.0, 0.4, 0.0, 0.0), (0.0, 0.0, 0.06, 0.0), (0.0, 0.0, 0.0, 0.05))
+"""Small changes of a pattern: to the right and down in pixels, turn in rad, growth as a logarithm."""
+_LARGEST_CHANGE = 2.5
 
 
 @dataclass(frozen=True)
@@ -64,9 +69,10 @@ class PatternSearch:
             np.stack([np.ones_like(x), x, y, x * y, x * x - y * y], axis=-1).reshape(-1, 5)[inside]
         )[0].astype(np.float32)
         shapes = [(side, math.tau * number / _YAWS) for side in sides for number in range(_YAWS)]
-        raw = np.array([_rendered(pattern, side, yaw, x.ravel()[inside], y.ravel()[inside]) for side, yaw in shapes])
-        bank = raw - (raw @ self._smooth) @ self._smooth.T
-        self._bank = (bank / np.linalg.norm(bank, axis=1, keepdims=True)).astype(np.float32)
+        x, y = x.ravel()[inside], y.ravel()[inside]
+        raw = np.array([_rendered(pattern, side, yaw, x, y) for side, yaw in shapes])
+        self._bank = self._unit(raw - (raw @ self._smooth) @ self._smooth.T)
+        self._tangents, self._inverses = self._tangent_spaces(pattern, shapes, x, y)
         self._shapes = shapes
         self._ring = self._mean_over_turns(raw[_YAWS : 2 * _YAWS])
         # A square is quicker than the disc, and as good where places are only picked.
@@ -90,7 +96,62 @@ class PatternSearch:
         best = np.argsort(-centred)[:_CLOSER]
         rows, columns = rows[best], columns[best]
         scores, found = self._tried(around, rows, columns, (-1, 0, 1), (-1, 0, 1))
-        return self._distinct(rows, columns, scores, found, most)
+        keen = np.argsort(-scores)[:_KEENER]
+        return self._distinct(self._sharpened(around, rows[keen], columns[keen], found[keen]), most)
+
+    @staticmethod
+    def _unit(rows: Array) -> Field:
+        return np.asarray(rows / np.linalg.norm(rows, axis=1, keepdims=True), np.float32)
+
+    def _tangent_spaces(
+        self, pattern: Pattern, shapes: list[tuple[float, float]], x: Array, y: Array
+    ) -> tuple[Field, Array]:
+        """For each shape an orthonormal basis of itself and its changes with place, turn and size, and the way back to these."""
+        bases, inverses = [], []
+        for side, yaw in shapes:
+            columns = [_rendered(pattern, side, yaw, x, y)]
+            for dx, dy, turn, growth in _CHANGES:
+                ahead, behind = (
+                    _rendered(pattern, side * math.exp(sign * growth), yaw + sign * turn, x - sign * dx, y - sign * dy)
+                    for sign in (1.0, -1.0)
+                )
+                columns.append((ahead - behind) / 2.0)
+            J = np.stack(columns, axis=1)
+            Q, R = np.linalg.qr(J - self._smooth @ (self._smooth.T @ J))
+            bases.append(Q)
+            inverses.append(np.linalg.inv(R))
+        return np.array(bases, np.float32), np.array(inverses)
+
+    def _sharpened(
+        self, around: Field, rows: NDArray[np.intp], columns: NDArray[np.intp], found: NDArray[np.intp]
+    ) -> list[Proposal]:
+        """Proposals between the bank's steps, to first order, with the score that they have there."""
+        shape, rows, columns = found[:, 0], rows + found[:, 1], columns + found[:, 2]
+        parts = self._parts(around, rows, columns)
+        along = np.einsum("ij,ijk->ik", parts, self._tangents[shape])
+        scores = np.linalg.norm(along, axis=1) / (self._spread(parts) + self._floor)
+        factors = np.einsum("ijk,ik->ij", self._inverses[shape], along)
+        steps = np.clip(factors[:, 1:] / np.maximum(factors[:, :1], 1e-6), -_LARGEST_CHANGE, _LARGEST_CHANGE)
+        proposals = []
+        for index in np.flatnonzero(factors[:, 0] > 0.0).tolist():
+            side_px, yaw_rad = self._shapes[int(shape[index])]
+            dx, dy, turn, growth = (steps[index] @ np.array(_CHANGES)).tolist()
+            place = (float(columns[index]) + dx, float(rows[index]) + dy)
+            proposals.append(Proposal(*place, side_px * math.exp(growth), yaw_rad + turn, float(scores[index])))
+        return proposals
+
+    def _parts(self, around: Field, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Field:
+        """The disc around each place, (n, N)."""
+        width = around.shape[1]
+        inner_y, inner_x = np.divmod(self._inside, self._disc.shape[1])
+        starts = (rows + 1) * width + columns + 1
+        return np.asarray(np.take(around, starts[:, None] + inner_y * width + inner_x), np.float32)
+
+    def _spread(self, parts: Field) -> Field:
+        """Norm of what the smooth part of the light does not explain, (n,)."""
+        smooth = parts @ self._smooth
+        squares = np.einsum("ij,ij->i", parts, parts) - np.einsum("ij,ij->i", smooth, smooth)
+        return np.asarray(np.sqrt(np.maximum(squares, 0.0)), np.float32)
 
     def _mean_over_turns(self, turned: Array) -> Field:
         ring = np.zeros(self._disc.shape, np.float32)
@@ -122,15 +183,10 @@ class PatternSearch:
         right: tuple[int, ...],
     ) -> tuple[Field, NDArray[np.intp]]:
         """The whole bank at places and their neighbours: best score of each place, and (shape, dy, dx) of it."""
-        width = around.shape[1]
         offsets = np.array([(dy, dx) for dy in down for dx in right])
-        inner_y, inner_x = np.divmod(self._inside, self._disc.shape[1])
-        steps = inner_y * width + inner_x
-        starts = (rows[:, None] + 1 + offsets[:, 0]) * width + columns[:, None] + 1 + offsets[:, 1]
-        parts = np.take(around, starts.reshape(-1, 1) + steps)
-        smooth = parts @ self._smooth
-        spread = np.sqrt(np.maximum(np.einsum("ij,ij->i", parts, parts) - np.einsum("ij,ij->i", smooth, smooth), 0.0))
-        scores = (parts @ self._bank.T) / (spread + self._floor)[:, None]
+        every_row = (rows[:, None] + offsets[:, 0]).ravel()
+        parts = self._parts(around, every_row, (columns[:, None] + offsets[:, 1]).ravel())
+        scores = (parts @ self._bank.T) / (self._spread(parts) + self._floor)[:, None]
         shape = scores.argmax(axis=1)
         best = scores[np.arange(len(shape)), shape].reshape(len(rows), -1)
         choice = best.argmax(axis=1)
@@ -138,16 +194,12 @@ class PatternSearch:
         found = np.column_stack((shape.reshape(best.shape)[row, choice], offsets[choice]))
         return best[row, choice], found
 
-    def _distinct(
-        self, rows: NDArray[np.intp], columns: NDArray[np.intp], scores: Field, found: NDArray[np.intp], most: int
-    ) -> list[Proposal]:
+    @staticmethod
+    def _distinct(proposals: list[Proposal], most: int) -> list[Proposal]:
         kept: list[Proposal] = []
-        for index in np.argsort(-scores).tolist():
-            shape, dy, dx = found[index].tolist()
-            x, y = float(columns[index] + dx), float(rows[index] + dy)
-            if all(max(abs(x - other.x_px), abs(y - other.y_px)) > 2.5 for other in kept):
-                side_px, yaw_rad = self._shapes[shape]
-                kept.append(Proposal(x, y, side_px, yaw_rad, float(scores[index])))
+        for proposal in sorted(proposals, key=lambda each: -each.score):
+            if all(max(abs(proposal.x_px - k.x_px), abs(proposal.y_px - k.y_px)) > _APART_PX for k in kept):
+                kept.append(proposal)
             if len(kept) >= most:
                 break
         return kept
