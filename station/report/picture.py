@@ -39,5 +39,5 @@ class Picture:
         parts = []
         for narrow, kind in ((False, "broad"), (True, "narrow")):
             with self.drawn(narrow=narrow) as filled:
-                parts.append(f'<div class="{kind}">{inline_svg(filled, self.title)}</div>')
+                parts.append(f'<div class="{kind}">{inline_svg(filled, self.title, f"{self.name}-{kind}")}</div>')
         return f'<figure class="plot">{"".join(parts)}</figure>'

@@ -68,9 +68,10 @@ def figure(width_in: float, height_in: float, name: str) -> Iterator[Figure]:
         yield Figure(figsize=(width_in, height_in), layout=ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.06))
 
 
-def inline_svg(drawn: Figure, title: str) -> str:
-    """The figure as an SVG element; call it inside the `figure` block."""
+def inline_svg(drawn: Figure, title: str, name: str) -> str:
+    """The figure as an SVG element; call it inside the `figure` block. Its glyphs get ids of the name's own."""
     buffer = io.StringIO()
+    lay_out(drawn)
     drawn.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     text = buffer.getvalue()
     text = text[text.index("<svg") :]
@@ -79,9 +80,18 @@ def inline_svg(drawn: Figure, title: str) -> str:
     text = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", text, count=1)
     text = re.sub(r'(<svg[^>]*?) width="[^"]*"', rf'\1 role="img" aria-label="{escape(title)}"', text, count=1)
     text = re.sub(r"(\d\.\d\d\d)\d+", r"\1", text)
+    text = re.sub(r'(id="|href="#)DejaVuSans', rf"\1{name}", text)
     for field in fields(Palette):
         text = text.replace(getattr(PAGE, field.name), f"var({variable(field.name)})")
     return text
+
+
+def lay_out(drawn: Figure) -> None:
+    """Place everything, once and for all: left to itself matplotlib draws a whole trial picture for that."""
+    engine = drawn.get_layout_engine()
+    if engine is not None:
+        engine.execute(drawn)
+        drawn.set_layout_engine("none")
 
 
 def dots(

@@ -8,14 +8,23 @@ from station.metrics.summary import FlightSummary
 from station.report.error import ReportError
 
 
+def check_drawing() -> None:
+    """See that pictures can be drawn.
+
+    Raises:
+        ReportError: If matplotlib is missing.
+    """
+    if find_spec("matplotlib") is None:
+        raise ReportError("the report draws with matplotlib, which is missing: pip install 'alight[report]'")
+
+
 def write_report(record: FlightRecord, summary: FlightSummary, path: Path) -> None:
     """Write one self-contained HTML file; the same flight always yields the same bytes.
 
     Raises:
         ReportError: If matplotlib is missing or the file cannot be written.
     """
-    if find_spec("matplotlib") is None:
-        raise ReportError("the report draws with matplotlib, which is missing: pip install 'alight[report]'")
+    check_drawing()
     from station.report.page import page  # noqa: PLC0415 - loads matplotlib, which is an extra
 
     try:
