@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--video", action="append", default=[], metavar="FILE", help="video, picture or folder of pictures; repeatable"
     )
     video.add_argument("--stamps", type=Path, metavar="FILE.csv", help="when each frame was taken; see docs/replay.md")
-    video.add_argument("--fps", type=float, metavar="N", help="frames a second, where there are no stamps")
+    video.add_argument("--fps", type=_rate, metavar="N", help="frames a second, where there are no stamps")
     video.add_argument(
         "--video-start",
         default="+0",
@@ -53,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--calibration", type=Path, metavar="FILE", help="the camera's calibration, TOML or OpenCV's YAML"
     )
     video.add_argument(
-        "--latency", type=float, default=0.02, metavar="S", help="from exposure until a frame is out (default 0.02)"
+        "--latency", type=_latency, default=0.02, metavar="S", help="from exposure until a frame is out (default 0.02)"
     )
     video.add_argument("--mirrored", action="store_true", help="the pictures are mirror images")
     parser.add_argument("--settings", type=Path, metavar="FILE", help="TOML file with settings: pad, mount, camera")
@@ -112,3 +112,17 @@ def _film(arguments: argparse.Namespace, settings: Settings, vehicle: Vehicle) -
         latency_s=arguments.latency,
         mirrored=arguments.mirrored,
     )
+
+
+def _rate(text: str) -> float:
+    rate_hz = float(text)
+    if not 0.1 <= rate_hz <= 1000.0:
+        raise argparse.ArgumentTypeError("between 0.1 and 1000")
+    return rate_hz
+
+
+def _latency(text: str) -> float:
+    latency_s = float(text)
+    if not 0.0 <= latency_s <= 5.0:
+        raise argparse.ArgumentTypeError("between 0 and 5 seconds")
+    return latency_s

@@ -8,7 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from ulog_file import UlogFile
 
@@ -206,6 +206,7 @@ def test_a_log_cut_off_in_a_packet_yields_what_is_whole(tmp_path):
         list(read_tlog(path))
 
 
+@settings(max_examples=30)
 @given(st.lists(st.tuples(st.integers(0, 10**9), st.binary(max_size=40)), max_size=6))
 def test_no_packet_content_stops_an_import(packets):
     with tempfile.TemporaryDirectory() as folder:
