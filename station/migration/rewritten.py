@@ -90,7 +90,9 @@ class _Copy:
         """Its new id, the topic if it is one that may have changed, and the version that it was recorded with."""
         recorded = recorded_as(channel.metadata.get(layout.WIRE_ENCODING, ""))
         topic = topics.BY_NAME.get(channel.metadata.get(layout.TOPIC, ""))
-        about, schema = dict(channel.metadata), self._schemas[channel.schema_id]
+        about, schema = dict(channel.metadata), self._schemas.get(channel.schema_id)
+        if schema is None:
+            raise MigrationError(f"{channel.topic} has no schema: this is no recording of Alight")
         name, text = schema.name, schema.data
         if recorded is None or topic is None or recorded[0] != topic.message.__name__:
             topic, version = None, SCHEMA_VERSION
