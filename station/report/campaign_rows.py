@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from station.campaign.row import MEASURED
+
 Row = Mapping[str, object]
 """One flight: `index`, the factors by their keys, what was measured; None for what is unknown."""
 
@@ -22,10 +24,7 @@ MEASURES: Mapping[str, tuple[str, float]] = {
     "latency_p99_ms": ("capture to setpoint, p99 [ms]", 1.0),
 }
 """Measured columns that have a distribution: what they are, and the factor to that unit."""
-_OTHERS = frozenset({"error_m", "rest_error_m", "flown_s", "fixes_accepted", "latency_p50_ms"})
-_NO_FACTORS = frozenset(
-    {INDEX, NAME, LANDED, OUTCOME, REASON, RECORDING, ERROR_M, NORTH_M, EAST_M, "seed", *MEASURES, *_OTHERS}
-)
+_NO_FACTORS = frozenset({INDEX, NAME, RECORDING, "seed", *MEASURED})
 _FEW = 6
 
 Numbers = NDArray[np.float64]

@@ -28,6 +28,7 @@ _BINS = 8
 _FEWEST_IN_BIN = 3
 _PANEL_IN = 2.55
 _LONGEST_LABEL = 22
+_LONGEST_KEY = 38
 
 
 def factor_picture(rows: Sequence[Row]) -> Picture | None:
@@ -72,7 +73,7 @@ def _factors(rows: Sequence[Row], shown: Sequence[Factor], drawn: Figure, narrow
         axes.set_title(
             f"explains {explained:.0%} of the error, by rank", fontsize=8.5, fontweight="normal", color=PAGE.muted
         )
-        axes.set_xlabel(_shortened(factor.key, 38))
+        axes.set_xlabel(factor.key if len(factor.key) <= _LONGEST_KEY else f"…{factor.key[1 - _LONGEST_KEY :]}")
         axes.set_ylabel("error [cm]")
         axes.set_ylim(0, 1.12 * top_cm)
 
