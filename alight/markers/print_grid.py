@@ -57,6 +57,30 @@ def print_grid(markers: tuple[PlacedMarker, ...], board_m: float) -> PrintGrid:
     return PrintGrid(x_m, y_m, white)
 
 
+def split_askew(markers: tuple[PlacedMarker, ...]) -> tuple[tuple[PlacedMarker, ...], tuple[PlacedMarker, ...]]:
+    """The first markers that lie square to the board, and the others from the first askew one on, which lie over them."""
+    first = next((index for index, marker in enumerate(markers) if not is_square_on(marker)), len(markers))
+    return markers[:first], markers[first:]
+
+
+def chess_grid(columns: int, rows: int, square_m: float, board_m: float) -> PrintGrid:
+    """A chessboard in the middle of a board, its upper left square black.
+
+    Args:
+        columns: Inner corners in a row.
+        rows: Rows of inner corners.
+        square_m: Edge of one square, metres.
+        board_m: Edge of the white board, metres.
+    """
+    seams = [
+        np.concatenate(([0.0], board_m / 2.0 + (np.arange(count + 2) - (count + 1) / 2.0) * square_m, [board_m]))
+        for count in (columns, rows)
+    ]
+    white = np.ones((rows + 3, columns + 3), np.uint8)
+    white[1:-1, 1:-1] = np.add.outer(np.arange(rows + 1), np.arange(columns + 1)) % 2
+    return PrintGrid(seams[0], seams[1], white)
+
+
 def overlaps_m(bounds_m: Array, seams_m: Array) -> Array:
     """Length that each interval between bounds has in common with each interval between seams, (bounds - 1, seams - 1), metres."""
     upper = np.minimum(bounds_m[1:, None], seams_m[None, 1:])

@@ -3,6 +3,7 @@
 from functools import partial
 
 from alight.markers.layout import PlacedMarker
+from alight.markers.print_grid import print_grid, split_askew
 from services.camera.sheet import Sheet
 
 _LARGE_PART = 0.5
@@ -27,7 +28,7 @@ class PadPrint:
             white_level: Brightness of the board, grey levels.
         """
         self.board_m = board_m
-        sheet = partial(Sheet, black_level=black_level, white_level=white_level)
+        sheet = partial(_sheet, black_level=black_level, white_level=white_level)
         large = tuple(marker for marker in markers if marker.side_m >= _LARGE_PART * markers[0].side_m)
         small = markers[len(large) :]
         self._whole = sheet(markers, board_m)
@@ -57,3 +58,24 @@ class PadPrint:
         if self._small and texel_m < self._whole.finest_texel_m:
             return (self._under, *self._small)
         return (self._whole,)
+
+
+def _sheet(
+    markers: tuple[PlacedMarker, ...],
+    side_m: float,
+    *,
+    black_level: float,
+    white_level: float,
+    place_m: tuple[float, float] = (0.0, 0.0),
+    rotation_rad: float = 0.0,
+) -> Sheet:
+    upright, askew = split_askew(markers)
+    return Sheet(
+        print_grid(upright, side_m),
+        side_m,
+        black_level=black_level,
+        white_level=white_level,
+        askew=askew,
+        place_m=place_m,
+        rotation_rad=rotation_rad,
+    )

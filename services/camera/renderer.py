@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from alight.geometry.camera import PinholeCamera
 from services.camera.ground import COARSE_TEXEL_M, Ground
-from services.camera.pad_print import PadPrint
+from services.camera.print_on_ground import PrintOnGround
 from services.camera.ray_grid import STEP_PX, Grid, RayGrid, enlarged
 from services.camera.sensor import PIXEL_VARIANCE_PX2
 from services.camera.sheet import BLUR_TEXELS, Sheet
@@ -51,7 +51,7 @@ class _Box:
 class Renderer:
     """Draws the ground and the pad through one camera."""
 
-    def __init__(self, camera: PinholeCamera, pad: PadPrint, ground: Ground) -> None:
+    def __init__(self, camera: PinholeCamera, pad: PrintOnGround, ground: Ground) -> None:
         self._camera = camera
         self._pad = pad
         self._ground = ground

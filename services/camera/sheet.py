@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from alight.markers.layout import PlacedMarker
-from alight.markers.print_grid import is_square_on, overlaps_m, print_grid, turned_whiteness
+from alight.markers.print_grid import PrintGrid, overlaps_m, turned_whiteness
 
 Plane = NDArray[np.uint8]
 Levels = NDArray[np.float32]
@@ -43,33 +43,33 @@ class Texture:
 
 
 class Sheet:
-    """White, with markers on it, in two shades of grey; lies somewhere on the pad, turned somehow."""
+    """White with ink on it, in two shades of grey; lies somewhere on the pad, turned somehow."""
 
     def __init__(
         self,
-        markers: tuple[PlacedMarker, ...],
+        grid: PrintGrid,
         side_m: float,
         *,
         black_level: float,
         white_level: float,
+        askew: tuple[PlacedMarker, ...] = (),
         place_m: tuple[float, float] = (0.0, 0.0),
         rotation_rad: float = 0.0,
     ) -> None:
-        """Cut the markers out.
+        """Take the print.
 
         Args:
-            markers: In the sheet's own frame (origin in its middle, x right, y up); smaller ones after those that they lie on.
+            grid: All that lies square to the sheet.
             side_m: Its edge, metres.
             black_level: Brightness of the ink, grey levels.
             white_level: Brightness of the paper, grey levels.
+            askew: Markers over that which do not, in the sheet's own frame (origin in its middle, x right, y up).
             place_m: Its middle, pad frame, metres.
             rotation_rad: How far it is turned counter-clockwise on the pad, rad.
         """
         self.side_m, self.place_m = side_m, place_m
         self._black_level, self._white_level = black_level, white_level
-        askew = next((index for index, marker in enumerate(markers) if not is_square_on(marker)), len(markers))
-        self._grid = print_grid(markers[:askew], side_m)
-        self._askew = markers[askew:]
+        self._grid, self._askew = grid, askew
         c, s = math.cos(rotation_rad), math.sin(rotation_rad)
         self._R_pad_sheet = np.array([[c, -s], [s, c]])
         self._is_plain = place_m == (0.0, 0.0) and rotation_rad == 0.0

@@ -18,6 +18,7 @@ from schemas.settings.pad import PadSettings
 from schemas.truth import GroundTruth
 from services.camera.ground import Ground
 from services.camera.pad_print import PadPrint
+from services.camera.print_on_ground import PrintOnGround
 from services.camera.renderer import Renderer, Scene
 from services.camera.sensor import Sensor
 from services.camera.sunshine import with_glare, with_shadow
@@ -37,12 +38,13 @@ _NEAREST_M = 0.1
 class SimulatedCamera:
     """Renders and exposes. The same seed and the same truths in the same order give the same pixels."""
 
-    def __init__(self, settings: Settings, calibration: CameraCalibration) -> None:
+    def __init__(self, settings: Settings, calibration: CameraCalibration, lying: PrintOnGround | None = None) -> None:
         """Build camera, pad and ground.
 
         Args:
             settings: Sections `pad`, `camera.simulated`, `simulator.installation`, and the seed.
             calibration: The camera as believed; the true one has `installation.lens_scale` times its focal length.
+            lying: What lies on the ground instead of the pad.
 
         Raises:
             LayoutError: If the pad's layout cannot be had.
@@ -52,9 +54,7 @@ class SimulatedCamera:
         self._camera = true_camera(calibration, installation.lens_scale)
         self._mount = mount_rotation(installation)
         self._sunlight, self._optics = simulated.sunlight, simulated.optics
-        board = simulated.board
-        markers, board_m = printed(settings.pad, board, installation.pad_scale)
-        self._pad = PadPrint(markers, board_m=board_m, black_level=board.black_level, white_level=board.white_level)
+        self._pad: PrintOnGround = _pad(settings) if lying is None else lying
         self._renderer = Renderer(self._camera, self._pad, Ground(generator(settings.seed, "camera.ground")))
         self._sensor = Sensor(self._camera, self._optics, generator(settings.seed, "camera.noise"))
 
@@ -78,6 +78,12 @@ class SimulatedCamera:
         picture = with_shadow(scene.picture, ground_m, truth.pad_azimuth_rad, self._sunlight)
         picture = with_glare(picture, self._renderer.rays, viewpoint, truth.pad_azimuth_rad, self._sunlight)
         return Scene(picture, scene.blur_px2)
+
+
+def _pad(settings: Settings) -> PadPrint:
+    board = settings.camera.simulated.board
+    markers, board_m = printed(settings.pad, board, settings.simulator.installation.pad_scale)
+    return PadPrint(markers, board_m=board_m, black_level=board.black_level, white_level=board.white_level)
 
 
 def printed(pad: PadSettings, board: Board, pad_scale: float) -> tuple[tuple[PlacedMarker, ...], float]:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from alight.markers.layout import PadLayout
-from alight.markers.print_grid import is_square_on, overlaps_m, print_grid, turned_whiteness
+from alight.markers.print_grid import overlaps_m, print_grid, split_askew, turned_whiteness
 
 _SIDE_PX = 1200
 _FRAME_PX = 12
@@ -17,16 +17,14 @@ _RED = (0, 0, 220)
 
 def whiteness(layout: PadLayout, side_px: int) -> NDArray[np.float64]:
     """The print from straight above, 0 for ink and 1 for paper, means over each pixel's area, (n, n)."""
-    askew = next(
-        (index for index, marker in enumerate(layout.markers) if not is_square_on(marker)), len(layout.markers)
-    )
-    grid = print_grid(layout.markers[:askew], layout.board_m)
+    upright, askew = split_askew(layout.markers)
+    grid = print_grid(upright, layout.board_m)
     bounds = np.linspace(0.0, layout.board_m, side_px + 1)
     per_px = side_px / layout.board_m
     seen: NDArray[np.float64] = (
         (overlaps_m(bounds, grid.y_m) * per_px) @ grid.white @ (overlaps_m(bounds, grid.x_m) * per_px).T
     )
-    for marker in layout.markers[askew:]:
+    for marker in askew:
         white, cover = turned_whiteness(marker, layout.board_m, side_px)
         seen = seen * (1.0 - cover) + white
     return seen
