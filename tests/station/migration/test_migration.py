@@ -217,10 +217,11 @@ def test_a_damaged_file_is_not_migrated_but_sent_to_repair(tmp_path, capsys, kep
 
 
 def test_an_old_flight_is_replayed_by_todays_nodes():
+    recorded = {fix.captured_at_ns: fix for fix in read_flight(VERSION_1).messages(topics.PAD_FIX)}
     result = replay(ReplayRecording(VERSION_1), ("geolocator", "filter"))
-    fixes = list(result.of(topics.PAD_FIX.name))
-    assert len(fixes) == len(read_flight(VERSION_1).messages(topics.PAD_FIX)) > 50
-    located = [(fix.message, fix.recorded) for fix in fixes if fix.recorded is not None and fix.recorded.corrected]
+    fixes = [output.message for output in result.of(topics.PAD_FIX.name)]
+    assert {fix.captured_at_ns for fix in fixes} == set(recorded) and len(recorded) > 50
+    located = [(fix, recorded[fix.captured_at_ns]) for fix in fixes if recorded[fix.captured_at_ns].corrected]
     assert len(located) > 15
     for now, then in located:
         assert now.corrected.pad_ned_m == pytest.approx(then.corrected.pad_ned_m, abs=1e-3)
