@@ -17,6 +17,10 @@ LOGGER = logging.getLogger("alight")
 LEASE_MS = 2000
 """A peer that is silent for longer counts as gone (Zenoh's default, 10 s, is long in the air)."""
 
+STALLED_US = 100_000
+"""A reader that takes nothing for so long while its queue is full is let go, and may come back. Zenoh's default, 5 s, is how long
+one reader that stands still (a recorder on a busy host, a ground station behind a broken link) would hold the commander up."""
+
 OnSample = Callable[[Topic[Any], bytes, bytes | None, str], None]
 
 
@@ -130,6 +134,7 @@ def configuration(settings: BusSettings) -> zenoh.Config:
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": True,
         "transport/link/tx/lease": LEASE_MS,
+        "transport/link/tx/queue/congestion_control/block/wait_before_close": STALLED_US,
         "transport/shared_memory/enabled": settings.shared_memory,
         "timestamping/enabled": True,
     }

@@ -39,7 +39,7 @@ class LiveRunner:
         self._clock = WallClock()
         self._settings = settings
         self._host = NodeHost(node, settings.bus, self._clock, pid=os.getpid(), strict=False)
-        self._mailbox = Mailbox(on_drop=self._host.health.dropped)
+        self._mailbox = Mailbox(on_drop=self._host.health.dropped, frames=node.frames_waiting)
         self._due: list[tuple[int, int, Output, Arrival[Any] | None]] = []
         self._made = 0
         self._stop = threading.Event()

@@ -4,6 +4,7 @@ import contextlib
 import queue
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -35,18 +36,25 @@ class _Place:
 
 
 class Mailbox:
-    """A queue in order of arrival in which a new frame takes the place of one that still waits, and no EVENT is lost.
+    """A queue in order of arrival in which a new frame takes the place of the last that still waits, and no EVENT is lost.
 
     `queue.SimpleQueue` and a lock as a bell hand over in C, which is quicker and steadier than a condition variable in
     Python. The queue's own timeout is not used: in CPython 3.11 `SimpleQueue.get(timeout=...)` waits for ever when its
     deadline passes between two looks at the queue, which short timeouts make likely.
     """
 
-    def __init__(self, on_drop: Callable[[Topic[Any]], None]) -> None:
+    def __init__(self, on_drop: Callable[[Topic[Any]], None], frames: int = 1) -> None:
+        """Begin empty.
+
+        Args:
+            on_drop: Called with the topic of each message that is given up.
+            frames: How many frames of a topic may wait before a new one takes the place of the last.
+        """
+        self._frames = frames
         self._places: queue.SimpleQueue[_Place] = queue.SimpleQueue()
         self._bell = threading.Lock()
         self._bell.acquire()
-        self._waiting_frames: dict[str, _Place] = {}
+        self._waiting_frames: dict[str, deque[_Place]] = {}
         self._lock = threading.Lock()
         self._on_drop = on_drop
 
@@ -68,7 +76,7 @@ class Mailbox:
             return None
         if place.letter.topic is not None and place.letter.topic.delivery is Delivery.STREAM:
             with self._lock:
-                del self._waiting_frames[place.letter.topic.name]
+                self._waiting_frames[place.letter.topic.name].popleft()
         return place.letter
 
     def _wait(self, deadline_s: float) -> _Place | None:
@@ -86,11 +94,12 @@ class Mailbox:
 
     def _put_frame(self, topic: Topic[Any], letter: Letter) -> None:
         with self._lock:
-            waiting = self._waiting_frames.get(topic.name)
-            if waiting is None:
-                place = self._waiting_frames[topic.name] = _Place(letter)
+            waiting = self._waiting_frames.setdefault(topic.name, deque())
+            if len(waiting) < self._frames:
+                place = _Place(letter)
+                waiting.append(place)
                 self._places.put(place)
                 self._ring()
                 return
-            waiting.letter = letter
+            waiting[-1].letter = letter
         self._on_drop(topic)

@@ -71,6 +71,9 @@ class Node:
     """Name of the service in the table of topics."""
     tick_period_ns: int | None = None
     """How often `on_tick` is called; None for never."""
+    frames_waiting: ClassVar[int] = 1
+    """How many frames may wait for a busy node, live; a newer one then takes the place of the last. Who steers wants the newest
+    only, who records wants them all."""
     ports: tuple[str, ...] = ()
     """Names of the byte ports the node talks through, such as `vehicle`."""
 

@@ -31,7 +31,7 @@ class TrafficProcess:
     def end(self) -> dict[str, Any]:
         """End it; `published` and `longest_ms`."""
         said, _ = self._process.communicate(timeout=20.0)
-        return dict(json.loads(said))
+        return dict(json.loads(said.splitlines()[-1]))  # Zenoh may have complained before
 
     def kill(self) -> None:
         """End it in any case."""

@@ -77,6 +77,15 @@ def _record_and_kill(folders: list[Path], endpoint: str, moments: random.Random)
     return killed_at_ns
 
 
+def test_a_recorder_that_stands_still_holds_nobody_up(tmp_path: Path) -> None:
+    with traffic(rate_hz=200.0) as published, recorder(tmp_path / "now", published.endpoint) as process:
+        wait_for_size(tmp_path / "now" / "flight.mcap", 300_000)
+        process.send_signal(signal.SIGSTOP)
+        time.sleep(4.0)
+        process.send_signal(signal.SIGCONT)
+        assert published.end()["longest_ms"] < HARMLESS_MS
+
+
 NAMESPACE = ("unshare", "-m" if os.geteuid() == 0 else "-rm")
 
 

@@ -43,6 +43,18 @@ def test_a_frame_taken_up_is_not_replaced() -> None:
     assert [letter.received_at_ns for letter in drained(mailbox)] == [2]
 
 
+def test_frames_may_wait_in_line_for_who_wants_them_all() -> None:
+    dropped: list[Topic] = []
+    mailbox = Mailbox(on_drop=dropped.append, frames=3)
+    for number in range(5):
+        mailbox.put(Letter(number, topics.FRAME))
+    first = mailbox.take(0.0)
+    mailbox.put(Letter(5, topics.FRAME))
+    assert first is not None and first.received_at_ns == 0
+    assert [letter.received_at_ns for letter in drained(mailbox)] == [1, 4, 5]
+    assert dropped == [topics.FRAME] * 2
+
+
 def test_a_flood_of_state_is_bounded_and_costs_no_event() -> None:
     dropped: list[Topic] = []
     mailbox = Mailbox(on_drop=dropped.append)
