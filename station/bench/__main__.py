@@ -6,6 +6,7 @@ from station.bench.campaign import bench_campaign
 from station.bench.lockstep import bench_lockstep
 from station.bench.nested import bench_nested
 from station.bench.overhead import bench_overhead
+from station.bench.recording import bench_recording
 from station.bench.stages import bench_stages
 
 BENCHES = {
@@ -14,6 +15,7 @@ BENCHES = {
     "lockstep": bench_lockstep,
     "campaign": bench_campaign,
     "nested": bench_nested,
+    "recording": bench_recording,
 }
 
 
