@@ -46,8 +46,8 @@ def choose(
         without: Names to leave out.
 
     Raises:
-        ChoiceError: If a name is none, if a topic asked for is not in the recording or has a living publisher, or if another
-            replay is under way.
+        ChoiceError: If a name is none, if a topic asked for is not in the recording or has a living publisher, if nothing is
+            left, or if another replay is under way.
     """
     if any(service.startswith(REPLAY) for service in alive):
         raise ChoiceError(
@@ -65,6 +65,9 @@ def choose(
             published.append(name)
         else:
             left_out[name] = reason
+    if not published:
+        reasons = "; ".join(f"{name}: {reason}" for name, reason in left_out.items())
+        raise ChoiceError(f"nothing is left to publish ({reasons or 'the recording is empty'})")
     return Choice(tuple(published), left_out)
 
 

@@ -176,9 +176,10 @@ def test_nothing_is_ever_published_beside_a_living_publisher(alive, only, data):
     without = data.draw(st.lists(st.sampled_from(ALL), max_size=3))
     try:
         choice = choose(ALL, alive, only, without)
-    except ChoiceError:
-        assert only is not None
+    except ChoiceError as refused:
+        assert only is not None or "nothing is left to publish" in str(refused)
         return
+    assert choice.published
     for name in choice.published:
         assert not topics.BY_NAME[name].publishers & alive
         assert name not in without
@@ -205,6 +206,11 @@ def test_a_wrong_choice_is_refused_in_one_line(alive, only, words):
     with pytest.raises(ChoiceError, match=words) as refused:
         choose(ALL, alive, only, ())
     assert "\n" not in str(refused.value)
+
+
+def test_nothing_left_to_publish_is_said_with_the_reasons():
+    with pytest.raises(ChoiceError, match="nothing is left to publish .*truth: the simulator on this bus publishes it"):
+        choose(ALL, topics.SERVICES, None, ())
 
 
 def test_a_topic_that_the_recording_has_not_is_refused():
