@@ -49,6 +49,30 @@ class PadPosition(Part):
     """Azimuth of the print's upward direction, from north, clockwise (Eq. 16), rad."""
 
 
+class SharedErrors(Part):
+    """Where one standard deviation of each error that neighbouring fixes have in common puts the pad: it does not average out.
+
+    The errors are independent of each other. Displacements of `pad_ned_m`, north, east, down, metres.
+    """
+
+    tilt_north_ned_m: Vector3
+    """Attitude and mount, turned about north."""
+    tilt_east_ned_m: Vector3
+    """The same about east."""
+    heading_ned_m: Vector3
+    """Heading and mount, turned about down."""
+    range_ned_m: Vector3
+    """Focal length: along the optical axis."""
+    principal_x_ned_m: Vector3
+    """Principal point, across the picture."""
+    principal_y_ned_m: Vector3
+    """Principal point, down the picture."""
+    timing_ned_m: Vector3
+    """Capture time against the time of the pose: along the pad's apparent motion."""
+    heading_rad: Annotated[float, Field(ge=0.0)]
+    """The heading's standard deviation itself, which the azimuth shares, rad."""
+
+
 class PadFix(Traced):
     """One detection brought to the earth, or the reason why it was not."""
 
@@ -64,6 +88,13 @@ class PadFix(Traced):
     """Covariance of the corrected `pad_ned_m` as a place in the vehicle's navigation solution, m^2."""
     azimuth_variance_rad2: Annotated[float, Field(ge=0.0)] | None = None
     """Variance of the azimuth, rad^2."""
+    noise_covariance_ned_m2: Matrix3 | None = None
+    """The part of the covariance of the vector itself that is new in each fix: corners, pose between samples. Without the vehicle's
+    coordinates, m^2."""
+    azimuth_noise_rad2: Annotated[float, Field(ge=0.0)] | None = None
+    """The part of the azimuth's variance that is new in each fix, rad^2."""
+    shared: SharedErrors | None = None
+    """The part that is not: covariance of the vector itself = noise + sum of the outer products of these."""
     vehicle_position: GlobalPosition | None = None
     """Where the vehicle was at capture time."""
     pose_offset_s: float | None = None

@@ -13,6 +13,7 @@ from schemas.detection import Detection
 from schemas.estimate import PadEstimate
 from schemas.fix import PadFix
 from schemas.frame import FrameHeader
+from schemas.fusion import Fusion
 from schemas.health import Health
 from schemas.journal import Journal
 from schemas.message import Message
@@ -114,6 +115,8 @@ PAD_FIX = _row(      "geolocator/fix",       PadFix,            Delivery.STATE, 
                      hz=30, stale_after_s=0.5)
 PAD_ESTIMATE = _row( "filter/estimate",      PadEstimate,       Delivery.STATE,  "filter",      "commander detector recorder station",
                      hz=10, stale_after_s=1)
+FUSION = _row(       "filter/fusion",        Fusion,            Delivery.STATE,  "filter",      "recorder station",
+                     hz=30)
 SETPOINT = _row(     "commander/setpoint",   Setpoint,          Delivery.STATE,  "commander",   "recorder")
 MISSION_STATUS = _row("commander/mission",   MissionStatus,     Delivery.STATE,  "commander",   "recorder station",
                      hz=5, stale_after_s=2)

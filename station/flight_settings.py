@@ -35,7 +35,9 @@ def add_flight_settings_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--guidance", choices=("glide", "reposition"), help="how to come down (default glide)")
     group.add_argument("--law", choices=("exponential", "linear"), help="altitude law of --guidance reposition")
     group.add_argument(
-        "--filter", choices=("none", "mean", "median"), help="how fixes become an estimate (default mean)"
+        "--filter",
+        choices=("kalman", "moving", "none", "mean", "median"),
+        help="how fixes become an estimate (default kalman)",
     )
 
 

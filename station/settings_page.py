@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
@@ -48,6 +48,8 @@ def _section(name: str, section: type[BaseModel], instance: BaseModel | None) ->
 
 
 def _section_type(field: FieldInfo) -> type[BaseModel] | None:
+    if get_origin(field.annotation) is tuple:
+        return None
     candidates = [field.annotation, *getattr(field.annotation, "__args__", ())]
     for candidate in candidates:
         if isinstance(candidate, type) and issubclass(candidate, BaseModel):

@@ -83,6 +83,17 @@ class Sunlight(Section):
     """Width of the half-shadow, metres."""
 
 
+class CameraFaults(Section):
+    """What goes wrong with single pictures of a simulated camera, at random; all off by default."""
+
+    drop_fraction: float = Field(default=0.0, ge=0.0, le=1.0)
+    """Part of the frames that never leave the camera."""
+    jump_fraction: float = Field(default=0.0, ge=0.0, le=1.0)
+    """Part of the pictures that come shifted in their frame (torn transfer, a stabilisation that slips): gross outliers."""
+    jump_px: float = Field(default=60.0, ge=1.0, le=500.0)
+    """How far such a picture is shifted at most, in any direction, pixels; at least half of it."""
+
+
 class Simulated(Section):
     """The source `simulated`: pictures rendered from the ground truth. Its installation errors stand in `simulator.installation`."""
 
@@ -91,6 +102,7 @@ class Simulated(Section):
     board: Board = Board()
     optics: Optics = Optics()
     sunlight: Sunlight = Sunlight()
+    faults: CameraFaults = CameraFaults()
 
 
 class Files(Section):

@@ -42,6 +42,9 @@ class Mount(Section):
 class PoseLookup(Section):
     """How the vehicle's pose at capture time is found."""
 
+    pose: Literal["capture", "latest"] = "capture"
+    """`capture` looks the pose up at the time of the exposure. `latest` takes the newest one instead: for experiments that show what
+    that costs, never for flying."""
     history_s: float = Field(default=5.0, ge=3.0, le=60.0)
     """How far back poses are kept, seconds."""
     max_extrapolation_s: float = Field(default=0.15, ge=0.0, le=1.0)

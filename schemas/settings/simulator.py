@@ -65,6 +65,9 @@ class SensorErrors(Section):
     """Slow error of the position along north and along east, standard deviation, metres."""
     position_wander_time_s: Duration = 30.0
     """Its correlation time, seconds."""
+    wander_smoothing_s: float = Field(default=0.0, ge=0.0, le=1e3)
+    """The wander of position and altitude passes a low-pass of this time constant, seconds: a navigation filter follows its receiver
+    slowly, so that its error drifts and does not jitter. 0 for none: the error is then as rough as a random walk."""
     position_noise_m: Standard = 0.004
     """Quick error of the position on each axis (correlation time 0.1 s), standard deviation, metres."""
     altitude_wander_m: Standard = 0.02

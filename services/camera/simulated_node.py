@@ -2,11 +2,13 @@
 
 from alight.runtime.clock import NS_PER_S, nanoseconds
 from alight.runtime.node import Arrival, Outputs
+from alight.runtime.seed import generator
 from schemas import topics
 from schemas.calibration import CameraCalibration
 from schemas.settings import Settings
 from schemas.truth import GroundTruth
 from services.camera.node import CameraNode
+from services.camera.picture_faults import PictureFaults
 from services.camera.simulated_camera import SimulatedCamera
 
 MAX_LATE_NS = nanoseconds(0.1)
@@ -29,6 +31,7 @@ class SimulatedCameraNode(CameraNode):
         self._latency_ns = nanoseconds(settings.simulator.installation.image_latency_s)
         self._delay_ns = nanoseconds(settings.camera.simulated.delay_s)
         self._exposure_s = settings.camera.simulated.optics.exposure_s
+        self._faults = PictureFaults(settings.camera.simulated.faults, generator(settings.seed, "camera.faults"))
         self._due_ns: int | None = None
         self._skipped = 0
         self.subscribe(topics.GROUND_TRUTH, self._on_truth)
@@ -44,14 +47,17 @@ class SimulatedCameraNode(CameraNode):
         if arrival.now_ns - truth.at_ns > MAX_LATE_NS:
             self._skipped += 1
             return []
-        picture = self._camera.capture(truth)
+        picture = self._faults.applied(self._camera.capture(truth))
+        if picture is None:
+            return []
         # The installation's latency is an error that nobody knows of: the stamp is later than the light.
         stamp_ns = truth.at_ns + self._latency_ns
         return [self._frame(picture, stamp_ns, "simulated", self._exposure_s, stamp_ns + self._delay_ns)]
 
     def counters(self) -> dict[str, int]:
-        """How many frames there were, and how many were left out for want of time."""
-        return {**super().counters(), "frames_skipped": self._skipped}
+        """How many frames there were, how many were left out for want of time, and what faults befell the others."""
+        faults = {"frames_dropped": self._faults.dropped, "frames_shifted": self._faults.shifted}
+        return {**super().counters(), "frames_skipped": self._skipped, **faults}
 
     def _is_due(self, at_ns: int) -> bool:
         """Whether this truth makes a frame. After a gap the rhythm starts anew instead of catching up."""

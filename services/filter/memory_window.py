@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from alight.runtime.clock import nanoseconds
-from schemas.settings.filter import FilterSettings
+from schemas.settings.filter import FilterMethod
 from services.filter.averaging import averaged
 from services.filter.entry import Entry
 
@@ -15,7 +15,14 @@ class MemoryWindow:
     enough; a window that is full before it is time drops its oldest fix for each new one, and keeps the memory.
     """
 
-    def __init__(self, settings: FilterSettings) -> None:
+    def __init__(self, settings: FilterMethod) -> None:
+        """Take length, rate and method.
+
+        Raises:
+            ValueError: If the method is none of a window.
+        """
+        if settings.method in {"kalman", "moving"}:
+            raise ValueError(f"{settings.method} is no way to average a window")
         self._method = settings.method
         self._length = 1 if settings.method == "none" else settings.window_length
         self._period_ns = nanoseconds(1.0 / settings.rate_hz) if settings.rate_hz > 0.0 else 0

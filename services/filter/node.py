@@ -1,128 +1,139 @@
 """The filter: where the pad is, from many fixes."""
 
-import math
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
-from alight.geometry.local import ned_between
-from alight.runtime.clock import nanoseconds
+from alight.runtime.clock import nanoseconds, seconds
 from alight.runtime.node import Arrival, Node, Outputs, Publication
 from schemas import topics
 from schemas.estimate import PadEstimate
-from schemas.fix import FixVerdict, PadFix
+from schemas.fix import PadFix
+from schemas.fusion import Fusion, FusionAttempt, FusionVerdict
 from schemas.settings import Settings
-from services.filter.entry import Entry, entry_of
-from services.filter.memory_window import MemoryWindow
-from services.filter.outlier_gate import OutlierGate
+from schemas.settings.filter import FilterMethod
+from schemas.vehicle import VehicleState
+from services.filter.attempt import Attempt, Filtered, PadFilter
+from services.filter.kalman_filter import KalmanFilter
+from services.filter.window_filter import WindowFilter
+
+_COASTS_AFTER_NS = nanoseconds(0.3)
+"""A filter that was given no fix for this long is said to coast."""
+_MOST_WAITING = 64
 
 
 class Filter(Node):
-    """Turns accepted fixes into estimates. Without fixes it says nothing: the estimate's age tells the reader."""
+    """Turns accepted fixes into estimates; an estimate leaves as soon as its fix is in.
+
+    What need not be quick waits for the next tick: the shadow filters, which have no authority, and the log of what each
+    filter made of each fix. Without fixes no estimate leaves: its age tells the reader. What the active filter coasts to
+    meanwhile stands in the log.
+    """
 
     service: ClassVar[str] = "filter"
+    tick_period_ns = nanoseconds(0.05)
 
     def __init__(self, settings: Settings) -> None:
         super().__init__()
         self._settings = settings.filter
-        self._window = MemoryWindow(self._settings)
-        self._gate = OutlierGate(self._settings.gate)
-        self._reset_after_ns = nanoseconds(self._settings.reset_after_s)
-        self._newest_fix_ns = -1
-        self._newest_entry_ns = -1
-        self._counters: Counter[str] = Counter()
+        self._active = pad_filter(settings.filter)
+        self._shadows = [(shadow, pad_filter(shadow)) for shadow in settings.filter.shadows]
+        self._waiting: deque[tuple[PadFix, Attempt]] = deque(maxlen=_MOST_WAITING)
+        self._newest_fused_ns: int | None = None
+        self._written_ns = 0
+        self._coasted_ns = 0
+        self._unwritten: Counter[str] = Counter()
         self.subscribe(topics.PAD_FIX, self._on_fix)
+        self.subscribe(topics.VEHICLE_STATE, self._on_vehicle_state)
 
     def counters(self) -> Mapping[str, int]:
-        """What became of the fixes, and how often the window was thrown away and why."""
-        return dict(self._counters)
+        """What became of the fixes in the active filter, and how often its estimate was thrown away and why."""
+        return {**self._active.counters(), **self._unwritten}
+
+    def on_tick(self, now_ns: int) -> Outputs:
+        """Give the fixes to the shadows, and write down what became of them."""
+        outputs = [self._written(fix, attempt, now_ns) for fix, attempt in self._waiting]
+        self._waiting.clear()
+        coasting = self._coasting(now_ns)
+        return outputs if coasting is None else [*outputs, coasting]
 
     def _on_fix(self, arrival: Arrival[PadFix]) -> Outputs:
         fix = arrival.message
-        if fix.verdict is not FixVerdict.ACCEPTED:
-            return self._left_out("fix_not_accepted")
-        entry = entry_of(fix)
-        if entry is None or fix.vehicle_position is None:
-            return self._left_out("fix_incomplete")
-        if fix.captured_at_ns <= self._newest_fix_ns:
-            return self._left_out("fix_out_of_order")
-        self._newest_fix_ns = fix.captured_at_ns
-        if self._newest_entry_ns >= 0 and fix.captured_at_ns - self._newest_entry_ns > self._reset_after_ns:
-            self._start_anew("reset_after_silence")
-        if not self._gate.admits(entry):
-            self._counters["fix_outlier"] += 1
-            if not self._gate.outvoted:
-                return ()
-            self._start_anew("reset_outvoted")
-        self._counters["fix_used"] += 1
-        self._newest_entry_ns = fix.captured_at_ns
-        self._window.add(entry)
-        return self._release(fix)
-
-    def _release(self, fix: PadFix) -> Outputs:
-        try:
-            if self._window.holds_enough and not self._gate.has_reference:
-                self._judge_first_window()
-            released = self._window.release(fix.captured_at_ns)
-        except ValueError:
-            self._start_anew("reset_no_average")
+        attempt = self._active.take_fix(fix)
+        if len(self._waiting) == _MOST_WAITING:
+            self._unwritten["fixes_unwritten"] += 1
+        self._waiting.append((fix, attempt))
+        if attempt.verdict is FusionVerdict.FUSED:
+            self._newest_fused_ns = fix.captured_at_ns
+        if attempt.estimate is None:
             return ()
-        if released is None:
-            return ()
-        result, count = released
-        estimate = self._estimate(fix, result, count)
-        self._counters["released"] += 1
-        return (Publication(topics.PAD_ESTIMATE, estimate),)
+        return (Publication(topics.PAD_ESTIMATE, self._estimate(fix, attempt.estimate)),)
 
-    def _judge_first_window(self) -> None:
-        """Before there is an estimate, the window's own median tells its outliers."""
-        self._gate.refer_to(self._window.centre())
-        dropped = self._window.keep(self._gate.admits)
-        self._counters["fix_outlier"] += dropped
-        self._counters["fix_used"] -= dropped
-        if not len(self._window):
-            self._gate.clear()
+    def _on_vehicle_state(self, arrival: Arrival[VehicleState]) -> Outputs:
+        self._active.take_vehicle(arrival.message)
+        for _, shadow in self._shadows:
+            shadow.take_vehicle(arrival.message)
+        return ()
 
-    def _estimate(self, fix: PadFix, result: Entry, count: int) -> PadEstimate:
-        assert fix.vehicle_position is not None
-        pad_ned_m = ned_between(fix.vehicle_position, result.position)
-        whole = result if self._settings.method == "none" else self._with_systematic_part(result, pad_ned_m)
-        self._gate.refer_to(whole)
-        north, east, down = pad_ned_m.tolist()
+    def _estimate(self, fix: PadFix, filtered: Filtered) -> PadEstimate:
         return PadEstimate(
             captured_at_ns=fix.captured_at_ns,
             hops=fix.hops,
-            position=result.position,
-            pad_ned_m=(north, east, down),
-            azimuth_rad=result.azimuth_rad,
-            covariance_ned_m2=tuple(whole.covariance_ned_m2.ravel().tolist()),
-            azimuth_variance_rad2=whole.azimuth_variance_rad2,
+            position=filtered.position,
+            pad_ned_m=filtered.pad_ned_m,
+            azimuth_rad=filtered.azimuth_rad,
+            covariance_ned_m2=tuple(filtered.covariance_ned_m2.ravel().tolist()),
+            azimuth_variance_rad2=filtered.azimuth_variance_rad2,
             method=self._settings.method,
-            fixes_used=count,
+            fixes_used=filtered.fixes_used,
+            velocity_ned_mps=filtered.velocity_ned_mps,
         )
 
-    def _with_systematic_part(self, result: Entry, pad_ned_m: NDArray[np.float64]) -> Entry:
-        """Adds what all fixes of a window have in common: a turn s of the line of sight p costs s^2 (|p|^2 I - p p^T)."""
-        s2 = math.radians(self._settings.systematic_angle_deg) ** 2
-        common = s2 * (pad_ned_m @ pad_ned_m * np.eye(3) - np.outer(pad_ned_m, pad_ned_m))
-        common += self._settings.systematic_position_m**2 * np.eye(3)
-        return replace(
-            result,
-            covariance_ned_m2=result.covariance_ned_m2 + common,
-            azimuth_variance_rad2=result.azimuth_variance_rad2
-            + math.radians(self._settings.systematic_azimuth_deg) ** 2,
+    def _written(self, fix: PadFix, active: Attempt, now_ns: int) -> Publication:
+        attempts = [_as_message("active", self._settings, active, with_estimate=False)]
+        attempts += [
+            _as_message(settings.name, settings, shadow.take_fix(fix), with_estimate=True)
+            for settings, shadow in self._shadows
+        ]
+        at_ns = self._next_stamp_ns(now_ns)
+        return Publication(
+            topics.FUSION, Fusion(at_ns=at_ns, captured_at_ns=fix.captured_at_ns, attempts=tuple(attempts))
         )
 
-    def _left_out(self, why: str) -> Outputs:
-        self._counters[why] += 1
-        return ()
+    def _coasting(self, now_ns: int) -> Publication | None:
+        newest_ns = self._newest_fused_ns
+        if newest_ns is None or now_ns - newest_ns < _COASTS_AFTER_NS or now_ns - self._coasted_ns < _COASTS_AFTER_NS:
+            return None
+        self._coasted_ns = now_ns
+        filtered = self._active.coasted()
+        if filtered is None:
+            return None
+        attempt = Attempt(FusionVerdict.COASTED, estimate=filtered)
+        coasting = Fusion(
+            at_ns=self._next_stamp_ns(now_ns),
+            fix_age_s=seconds(now_ns - newest_ns),
+            attempts=(_as_message("active", self._settings, attempt, with_estimate=True),),
+        )
+        return Publication(topics.FUSION, coasting)
 
-    def _start_anew(self, why: str) -> None:
-        if len(self._window):
-            self._counters[why] += 1
-        self._window.clear()
-        self._gate.clear()
+    def _next_stamp_ns(self, now_ns: int) -> int:
+        """Now, or just after the last one: readers refuse a stamp that is not newer."""
+        self._written_ns = max(now_ns, self._written_ns + 1)
+        return self._written_ns
+
+
+def pad_filter(settings: FilterMethod) -> PadFilter:
+    """The filter of a method."""
+    return KalmanFilter(settings) if settings.method in ("kalman", "moving") else WindowFilter(settings)
+
+
+def _as_message(name: str, settings: FilterMethod, attempt: Attempt, *, with_estimate: bool) -> FusionAttempt:
+    return FusionAttempt(
+        name=name,
+        method=settings.method,
+        verdict=attempt.verdict,
+        innovation_ned_m=attempt.innovation_ned_m,
+        innovation_sigma_m=attempt.innovation_sigma_m,
+        nis=attempt.nis,
+        estimate=attempt.estimate.as_message() if with_estimate and attempt.estimate is not None else None,
+    )

@@ -8,7 +8,7 @@ import numpy as np
 from alight.geometry.rotation import Matrix, R_from_quaternion, rotated
 from schemas.calibration import CameraCalibration
 from schemas.detection import MarkerPose
-from schemas.fix import FixVerdict
+from schemas.fix import FixVerdict, SharedErrors
 from schemas.message import Matrix3, Matrix6, Vector3
 from schemas.settings.geolocator import FixUncertainty
 from services.geolocator.refusal import FixRefusedError
@@ -16,16 +16,32 @@ from services.geolocator.view import View
 
 _SYMMETRY_TOLERANCE = 1e-6
 _MAX_VARIANCE = 1e8
+_DIAGONAL = np.diag_indices(3)
+_NAMES = (
+    "tilt_north_ned_m",
+    "tilt_east_ned_m",
+    "heading_ned_m",
+    "range_ned_m",
+    "principal_x_ned_m",
+    "principal_y_ned_m",
+    "timing_ned_m",
+)
 
 
 @dataclass(frozen=True)
 class FixCovariance:
-    """Uncertainty of a fix."""
+    """Uncertainty of a fix: position = noise + outer products of what is shared + that of the vehicle's coordinates."""
 
     position_ned_m2: Matrix3
     """Of the vehicle-to-pad vector as a place in the navigation solution, north, east, down, m^2."""
+    noise_ned_m2: Matrix3
+    """The part that is new in each fix, of the vector itself, m^2."""
+    shared: SharedErrors
+    """The part that neighbouring fixes have in common."""
     azimuth_rad2: float
     """Of the pad's azimuth, rad^2."""
+    azimuth_noise_rad2: float
+    """The part of it that is new in each fix, rad^2."""
 
 
 def fix_covariance(
@@ -44,24 +60,47 @@ def fix_covariance(
     """
     C = _checked(pose.covariance)
     R, vehicle = R_from_quaternion(view.q_ned_camera), view.vehicle
-    depth_m = pose.position_camera_m[2]
-    lens = C[:3, :3].copy()
-    lens[0, 0] += (uncertainty.principal_point_px * depth_m / calibration.fx_px) ** 2
-    lens[1, 1] += (uncertainty.principal_point_px * depth_m / calibration.fy_px) ** 2
-    lens[2, 2] += (uncertainty.focal_fraction * depth_m) ** 2
-    tilt_variance = math.radians(uncertainty.roll_pitch_deg) ** 2 + vehicle.attitude_sigma_rad**2
-    yaw_variance = math.radians(uncertainty.yaw_deg) ** 2 + vehicle.attitude_sigma_rad**2
     rate_ned = rotated(vehicle.q_ned_body, vehicle.angular_velocity_body_rps)
-    time_variance = uncertainty.time_s**2 + vehicle.clock_uncertainty_s**2
-    total = R @ lens @ R.T
-    total += _from_attitude(pad_ned_m, tilt_variance, yaw_variance)
-    total += _from_timing(pad_ned_m, vehicle.velocity_ned_mps, rate_ned, time_variance)
-    total[np.diag_indices(3)] += uncertainty.position_m**2 + vehicle.position_sigma_m**2
+    time_sigma_s = math.hypot(uncertainty.time_s, vehicle.clock_uncertainty_s)
+    unknown_turn2 = vehicle.attitude_sigma_rad**2
+    noise = R @ C[:3, :3] @ R.T + _from_attitude(pad_ned_m, unknown_turn2)
+    noise[_DIAGONAL] += vehicle.position_sigma_m**2
+    displacements = _displacements(R, pose.position_camera_m[2], pad_ned_m, calibration, uncertainty)
+    displacements.append(_slip(pad_ned_m, vehicle.velocity_ned_mps, rate_ned, time_sigma_s))
+    J = np.array(displacements)
+    total = noise + J.T @ J
+    total[_DIAGONAL] += uncertainty.position_m**2
     down_in_camera = R[2]
-    azimuth_variance = (
-        float(down_in_camera @ C[3:, 3:] @ down_in_camera) + yaw_variance + rate_ned[2] ** 2 * time_variance
+    azimuth_noise = float(down_in_camera @ C[3:, 3:] @ down_in_camera) + unknown_turn2
+    azimuth_noise += (rate_ned[2] * time_sigma_s) ** 2
+    heading_rad = math.radians(uncertainty.yaw_deg)
+    return FixCovariance(
+        position_ned_m2=tuple(total.ravel().tolist()),
+        noise_ned_m2=tuple(noise.ravel().tolist()),
+        shared=SharedErrors(**dict(zip(_NAMES, displacements, strict=True)), heading_rad=heading_rad),
+        azimuth_rad2=azimuth_noise + heading_rad**2,
+        azimuth_noise_rad2=azimuth_noise,
     )
-    return FixCovariance(tuple(total.ravel().tolist()), azimuth_variance)
+
+
+def _displacements(
+    R: Matrix, depth_m: float, pad_ned_m: Vector3, calibration: CameraCalibration, uncertainty: FixUncertainty
+) -> list[Vector3]:
+    """Where one sigma of attitude, heading, focal length and principal point puts the pad, in the order of `_NAMES`."""
+    n, e, d = pad_ned_m
+    tilt, heading = math.radians(uncertainty.roll_pitch_deg), math.radians(uncertainty.yaw_deg)
+    across, along, axis = R.T.tolist()
+    x = uncertainty.principal_point_px * depth_m / calibration.fx_px
+    y = uncertainty.principal_point_px * depth_m / calibration.fy_px
+    z = uncertainty.focal_fraction * depth_m
+    return [
+        (0.0, -tilt * d, tilt * e),
+        (tilt * d, 0.0, -tilt * n),
+        (-heading * e, heading * n, 0.0),
+        (axis[0] * z, axis[1] * z, axis[2] * z),
+        (across[0] * x, across[1] * x, across[2] * x),
+        (along[0] * y, along[1] * y, along[2] * y),
+    ]
 
 
 def _checked(covariance: Matrix6) -> Matrix:
@@ -76,17 +115,13 @@ def _checked(covariance: Matrix6) -> Matrix:
     return C
 
 
-def _from_attitude(pad_ned_m: Vector3, tilt_variance: float, yaw_variance: float) -> Matrix:
-    """Covariance of rotation x vector for independent small rotations about north, east and down."""
-    n, e, d = pad_ned_m
-    ne, nd, ed = -yaw_variance * n * e, -tilt_variance * n * d, -tilt_variance * e * d
-    nn = tilt_variance * d * d + yaw_variance * e * e
-    ee = tilt_variance * d * d + yaw_variance * n * n
-    return np.array([[nn, ne, nd], [ne, ee, ed], [nd, ed, tilt_variance * (n * n + e * e)]])
+def _from_attitude(pad_ned_m: Vector3, variance: float) -> Matrix:
+    """Covariance of rotation x vector for a small rotation of that variance about each axis: variance (|v|^2 I - v v^T)."""
+    v = np.array(pad_ned_m)
+    return np.asarray(variance * (v @ v * np.eye(3) - np.outer(v, v)))
 
 
-def _from_timing(pad_ned_m: Vector3, velocity_mps: Vector3, rate_ned_rps: Vector3, time_variance: float) -> Matrix:
+def _slip(pad_ned_m: Vector3, velocity_mps: Vector3, rate_ned_rps: Vector3, time_s: float) -> Vector3:
     """A pose that is late by dt misplaces the pad by dt (velocity + rate x vector)."""
-    (n, e, d), (p, q, r) = pad_ned_m, rate_ned_rps
-    slip = np.add(velocity_mps, (q * d - r * e, r * n - p * d, p * e - q * n))
-    return np.asarray(time_variance * np.outer(slip, slip))
+    (n, e, d), (p, q, r), (vn, ve, vd) = pad_ned_m, rate_ned_rps, velocity_mps
+    return (time_s * (vn + q * d - r * e), time_s * (ve + r * n - p * d), time_s * (vd + p * e - q * n))

@@ -90,8 +90,11 @@ class Geolocator(Node):
         pad = pad_in(detection, self._layout)
         if self._calibration is None:
             raise FixRefusedError(FixVerdict.NO_CALIBRATION, "no camera calibration has come yet")
-        vehicle = self._poses.at(captured_at_ns)
-        view = View(vehicle, self._mount.q_body_gimbal(captured_at_ns), self._mount.camera_in_body_m)
+        looked_at_ns = (
+            captured_at_ns if self._settings.lookup.pose == "capture" else self._poses.newest_ns(captured_at_ns)
+        )
+        vehicle = self._poses.at(looked_at_ns)
+        view = View(vehicle, self._mount.q_body_gimbal(looked_at_ns), self._mount.camera_in_body_m)
         return geolocate(detection, pad, view, self._calibration, self._settings, now_ns=now_ns)
 
     def _count(self, fix: PadFix) -> None:

@@ -66,6 +66,10 @@ class PoseHistory:
             self._states.popleft()
         return True
 
+    def newest_ns(self, otherwise_ns: int) -> int:
+        """Time of the newest pose, UTC ns; `otherwise_ns` where there is none."""
+        return self._states[-1].at_ns if self._states else otherwise_ns
+
     def at(self, at_ns: int) -> Pose:
         """The pose at a moment, UTC ns.
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from schemas.settings.simulator import SensorErrors
 from services.simulator.body import Body
-from services.simulator.noise import GaussMarkov, Normals
+from services.simulator.noise import GaussMarkov, Normals, SmoothGaussMarkov
 
 NOISE_TIME_S = 0.1
 VELOCITY_TIME_S = 0.5
@@ -32,8 +32,13 @@ class Estimate:
         def process(sigma: float, time_s: float) -> GaussMarkov:
             return GaussMarkov(normals, sigma, time_s, period_s)
 
-        self._wander = tuple(process(errors.position_wander_m, errors.position_wander_time_s) for _ in range(2))
-        self._drift = process(errors.altitude_wander_m, errors.altitude_wander_time_s)
+        def wander(sigma: float, time_s: float) -> GaussMarkov | SmoothGaussMarkov:
+            if not errors.wander_smoothing_s:
+                return process(sigma, time_s)
+            return SmoothGaussMarkov(normals, sigma, time_s, errors.wander_smoothing_s, period_s)
+
+        self._wander = tuple(wander(errors.position_wander_m, errors.position_wander_time_s) for _ in range(2))
+        self._drift = wander(errors.altitude_wander_m, errors.altitude_wander_time_s)
         self._noise = tuple(process(errors.position_noise_m, NOISE_TIME_S) for _ in range(3))
         self._velocity = tuple(process(errors.velocity_noise_mps, VELOCITY_TIME_S) for _ in range(3))
         self._tilt = tuple(process(math.radians(errors.tilt_noise_deg), TILT_TIME_S) for _ in range(2))

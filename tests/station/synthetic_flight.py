@@ -19,6 +19,7 @@ from schemas.detection import Detection, Marker, MarkerPose
 from schemas.estimate import PadEstimate
 from schemas.fix import FixVerdict, PadFix, PadPosition
 from schemas.frame import FrameHeader
+from schemas.fusion import Fusion, FusionAttempt, FusionVerdict
 from schemas.health import Health, InputHealth, OutputHealth
 from schemas.message import GlobalPosition, Hop, Message
 from schemas.mission import MissionReply, MissionRequest, MissionStatus, Phase, Verb
@@ -193,6 +194,9 @@ class Flight:
             fixes_used=5,
         )
         yield Spoken(captured_ns + nanoseconds(0.0235), topics.PAD_ESTIMATE, estimate)
+        attempt = FusionAttempt(name="active", method="mean", verdict=FusionVerdict.FUSED)
+        fusion = Fusion(at_ns=captured_ns + nanoseconds(0.03), captured_at_ns=captured_ns, attempts=(attempt,))
+        yield Spoken(fusion.at_ns, topics.FUSION, fusion)
         if not DESCENT_S <= t_s < TOUCHDOWN_S:
             return
         setpoint = Setpoint(
