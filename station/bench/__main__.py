@@ -7,6 +7,7 @@ from station.bench.lockstep import bench_lockstep
 from station.bench.nested import bench_nested
 from station.bench.overhead import bench_overhead
 from station.bench.recording import bench_recording
+from station.bench.replay import bench_replay
 from station.bench.stages import bench_stages
 
 BENCHES = {
@@ -15,6 +16,7 @@ BENCHES = {
     "lockstep": bench_lockstep,
     "campaign": bench_campaign,
     "nested": bench_nested,
+    "replay": bench_replay,
     "recording": bench_recording,
 }
 

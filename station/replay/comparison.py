@@ -55,6 +55,12 @@ class FieldDifference:
         return f"{line} ({distance}; {f'{self.tolerance:g} tolerated' if self.tolerance else 'has to be the same'})"
 
 
+def recorded_text(message: Message) -> bytes:
+    """A message's JSON text as the recorder writes it: two messages with the same text are the same."""
+    text: bytes = message.__pydantic_serializer__.to_json(message, exclude_none=True)
+    return text
+
+
 def differences(recorded: Message, replayed: Message, tolerances: Tolerances) -> tuple[FieldDifference, ...]:
     """Every field in which two messages differ, tolerated or not; 0.0 and -0.0 are the same."""
     if recorded == replayed:

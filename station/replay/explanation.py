@@ -19,7 +19,7 @@ def explanation(result: ReplayResult) -> Iterator[str]:
         return
     if first is None:
         return
-    if first.recorded is None:
+    if not first.recorded:
         yield f"first divergence: {first.topic} of {clock(first.message.stamp_ns)} is additional: it was not recorded"
     else:
         yield f"first divergence: {first.topic} of {clock(first.message.stamp_ns)}"

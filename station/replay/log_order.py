@@ -11,8 +11,13 @@ from station.replay.recording import ReplayRecording
 LATEST_NS = 2**63 - 1
 
 
-def guessed_life(recording: ReplayRecording, service: str) -> Life:
+def guessed_life(recording: ReplayRecording, service: str, tick_period_ns: int | None) -> Life:
     """One life of a service, each message at the time at which the recorder had it, or, where an output tells, the service.
+
+    Args:
+        recording: The flight.
+        service: The service.
+        tick_period_ns: How often its node is told the time, nanoseconds; None for never.
 
     Raises:
         ReplayError: For the commander: what the autopilot told it stands in its journal alone.
@@ -32,12 +37,28 @@ def guessed_life(recording: ReplayRecording, service: str) -> Life:
         for topic in topics.read_by(service)
         for stored in recording.of(topic)
     ]
+    entries += _ticks(recording, service, tick_period_ns)
     entries.sort(key=lambda entry: entry.now_ns)
     remark = (
         f"no journal of the {service}: it is given the messages in the order of their logging, "
         "so the replay is not exact where that was not its own order"
     )
     return Life(service, None, tuple(entries), ((0, LATEST_NS),), False, (remark,))
+
+
+def _ticks(recording: ReplayRecording, service: str, period_ns: int | None) -> list[JournalEntry]:
+    """Those that made the service speak, by what it said then; where nothing tells, one in each period."""
+    if period_ns is None:
+        return []
+    spoken_ns = {
+        stored.stamp_ns
+        for topic in topics.published_by(service)
+        if topic not in (topics.HEALTH, topics.JOURNAL) and not issubclass(topic.message, Traced)
+        for stored in recording.of(topic)
+    }
+    begin_ns = min((stored.logged_at_ns for stored in recording.stored), default=0)
+    times_ns = sorted(spoken_ns) or range(begin_ns, recording.ended_at_ns, period_ns)
+    return [JournalEntry(kind=EntryKind.TICK, received_at_ns=at_ns, now_ns=at_ns) for at_ns in times_ns]
 
 
 def _may_tell(topic: Topic[Traced]) -> bool:

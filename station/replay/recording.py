@@ -50,10 +50,10 @@ class ReplayRecording:
         """The messages of a topic, in the order of recording."""
         return self._by_topic[topic.name]
 
-    def logged_at_ns(self, topic: Topic[Any], stamp_ns: int, number: int = 0) -> int | None:
-        """When the recorder had a message, UTC ns; None if it had not. The arguments are those of `message`."""
+    def find(self, topic: Topic[Any], stamp_ns: int, number: int = 0) -> StoredMessage | None:
+        """A message that is not read yet; None if it was not recorded. The arguments are those of `message`."""
         found = self._by_stamp.get((topic.name, stamp_ns), ())
-        return found[number].logged_at_ns if number < len(found) else None
+        return found[number] if number < len(found) else None
 
     def message(self, topic: Topic[Any], stamp_ns: int, number: int = 0) -> Message | None:
         """The message of a topic that speaks of this time, UTC ns; None if it was not recorded or cannot be read.
@@ -65,8 +65,8 @@ class ReplayRecording:
         """
         key = (topic.name, stamp_ns, number)
         if key not in self._read:
-            found = self._by_stamp.get((topic.name, stamp_ns), ())
-            self._read[key] = _readable(found[number]) if number < len(found) else None
+            stored = self.find(topic, stamp_ns, number)
+            self._read[key] = None if stored is None else _readable(stored)
         return self._read[key]
 
     def picture(self, captured_at_ns: int) -> Pixels | None:

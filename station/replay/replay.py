@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
-from alight.runtime.settings_file import SettingsError
+from schemas.settings import Settings
+from station.replay.cursor import build
 from station.replay.engine import CHAIN, Engine
 from station.replay.error import ReplayError
 from station.replay.life import Life, journalled_lives
@@ -35,11 +36,13 @@ def replay(
     if unknown or not services:
         raise ReplayError(f"--through {','.join(services)}: name some of {','.join(CHAIN)}")
     settings, remarks = settings_of(recording, assignments)
-    lives = {service: _lives(recording, service) for service in services}
     chosen = tolerances or _tolerances(recording, services)
     try:
+        lives = {service: _lives(recording, service, settings) for service in services}
         engine = Engine(recording, settings, lives, chosen)
-    except (SettingsError, ValueError) as error:
+    except ReplayError:
+        raise
+    except ValueError as error:
         raise ReplayError(f"{recording.path}: {error}") from error
     result = engine.run()
     result.assignments = tuple(assignments)
@@ -47,8 +50,9 @@ def replay(
     return result
 
 
-def _lives(recording: ReplayRecording, service: str) -> Sequence[Life]:
-    return journalled_lives(recording, service) or [guessed_life(recording, service)]
+def _lives(recording: ReplayRecording, service: str, settings: Settings) -> Sequence[Life]:
+    found = journalled_lives(recording, service)
+    return found or [guessed_life(recording, service, build(service, settings).tick_period_ns)]
 
 
 def _tolerances(recording: ReplayRecording, services: Sequence[str]) -> Tolerances:

@@ -53,8 +53,8 @@ class Output:
     message: Message
     entry: JournalEntry
     """What the node was given when it published this."""
-    recorded: Message | None
-    """What it published in flight; None if it did not."""
+    recorded: bool
+    """Whether it published one of this stamp in flight, too."""
     logged_at_ns: int
     """When the recorder had it, or, of what was not recorded, when it would have left the service, UTC ns."""
     differences: tuple[FieldDifference, ...] = ()
@@ -68,7 +68,7 @@ class Output:
     @property
     def origin(self) -> Origin:
         """How it compares."""
-        if self.recorded is None:
+        if not self.recorded:
             return Origin.ADDITIONAL if self.heard else Origin.UNHEARD
         if not self.differences:
             return Origin.SAME

@@ -75,9 +75,9 @@ def _inputs(recording: ReplayRecording, result: ReplayResult, keep: Callable[[St
             yield stored.logged_at_ns, stored.topic, stored.message()
     for name, stamp_ns in result.stand_ins:
         topic = topics.BY_NAME[name]
-        message, logged_at_ns = recording.message(topic, stamp_ns), recording.logged_at_ns(topic, stamp_ns)
-        if message is not None and logged_at_ns is not None:
-            yield logged_at_ns, topic, message
+        stood_in = recording.find(topic, stamp_ns)
+        if stood_in is not None:
+            yield stood_in.logged_at_ns, topic, stood_in.message()
 
 
 def _outputs(result: ReplayResult) -> Iterator[_Line]:

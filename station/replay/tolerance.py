@@ -1,7 +1,7 @@
 """How far a replayed value may be from the recorded one."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 NOT_COMPARED = float("inf")
 
@@ -14,10 +14,13 @@ class Tolerances:
     """For people."""
     kinds: tuple[tuple[re.Pattern[str], float], ...] = ()
     """Pattern of the field's path, such as `raw.position.latitude_deg`, and tolerance in the field's own unit; the first match counts."""
+    _known: dict[str, float] = field(default_factory=dict, repr=False, compare=False)
 
     def of(self, path: str) -> float:
         """The tolerance of one field."""
-        return next((tolerance for pattern, tolerance in self.kinds if pattern.search(path)), 0.0)
+        if path not in self._known:
+            self._known[path] = next((tolerance for pattern, tolerance in self.kinds if pattern.search(path)), 0.0)
+        return self._known[path]
 
 
 EXACT = Tolerances("exact")
@@ -32,7 +35,7 @@ ROUNDING = Tolerances(
     "rounding",
     _kinds(
         covariance=(r"covariance|variance|noise", 1e-7),
-        quality=(r"reprojection_error_px|ambiguity|sigma", 1e-3),
+        quality=(r"reprojection_error_px|ambiguity|sigma|nis$", 1e-3),
         pixel=(r"_px(\[\d+\])*$", 1e-3),
         geodetic=(r"(latitude|longitude)_deg", 1e-11),
         length=(r"_m(\[\d+\])?$", 1e-6),
@@ -46,12 +49,13 @@ ROUNDING = Tolerances(
 LOSSY = Tolerances(
     "lossy pictures",
     _kinds(
-        confidence=(r"covariance|variance|sigma|noise|shared|reprojection_error_px|ambiguity", NOT_COMPARED),
+        confidence=(r"covariance|variance|sigma|noise|shared|reprojection_error_px|ambiguity|nis$", NOT_COMPARED),
         attitude=(r"q_\w+\[\d+\]$", NOT_COMPARED),
         words=(r"(^|\.)detail$", NOT_COMPARED),
         pixel=(r"_px(\[\d+\])*$", 1.0),
         geodetic=(r"(latitude|longitude)_deg", 3e-6),
         length=(r"_m(\[\d+\])?$", 0.3),
+        speed=(r"_mps(\[\d+\])?$", 0.1),
         angle=(r"_rad$", 0.05),
     ),
 )

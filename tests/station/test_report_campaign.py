@@ -77,8 +77,7 @@ def test_a_factor_of_few_numbers_is_a_row_of_levels_in_their_order():
     assert strength(delay, np.array([row[ERROR_M] for row in rows])) == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize("narrow", [False, True])
-@pytest.mark.parametrize("count", [3, 80])
+@pytest.mark.parametrize(("count", "narrow"), [(3, True), (80, False), (80, True)])
 def test_no_label_is_cut_or_covered(count, narrow):
     rows = campaign(count)
     for picture in (touchdown_picture(rows), factor_picture(rows), measure_picture(rows)):

@@ -60,7 +60,7 @@ def test_a_fix_elsewhere_is_left_out_by_the_filter():
 
     fates = {fate.captured_at_ns: fate for fate in fates_of(changed(move)).fates}
     assert fates[wrong.captured_at_ns].fate is Fate.FILTER
-    assert fates[wrong.captured_at_ns].reason == "fix_outlier"
+    assert fates[wrong.captured_at_ns].reason == "outlier"
     assert sum(fate.fate is Fate.FILTER for fate in fates.values()) == 1
 
 
@@ -81,6 +81,28 @@ def test_an_estimate_that_is_too_uncertain_is_refused_by_the_commander():
 def test_without_readable_settings_nothing_is_claimed_of_the_filter(settings):
     fates = fates_of(changed(lambda topic, message: message, settings)).fates
     assert {fate.fate for fate in fates} == {Fate.GEOLOCATOR, Fate.UNKNOWN}
+
+
+def test_the_filters_own_log_is_believed_where_there_is_one():
+    record = Flight().record()
+    fix = next(fix for fix in record.messages(topics.PAD_FIX)[200:] if fix.corrected)
+    topic = topics.BY_NAME["filter/fusion"]
+    written = [
+        {"name": "active", "method": "none", "verdict": "outlier" if one is fix else "fused"}
+        for one in record.messages(topics.PAD_FIX)
+    ]
+    log = [
+        topic.message.model_validate(
+            {"at_ns": one.captured_at_ns + 1, "captured_at_ns": one.captured_at_ns, "attempts": (attempt,)}
+        )
+        for one, attempt in zip(record.messages(topics.PAD_FIX), written, strict=True)
+    ]
+    entries = [(row.name, logged) for row in topics.TOPICS for logged in record.logged(row)]
+    entries += [(topic.name, Logged(message, message.at_ns)) for message in log]
+    fates = fates_of(FlightRecord(entries, Provenance({}, SETTINGS)))
+    left_out = [fate for fate in fates.fates if fate.fate is Fate.FILTER]
+    assert [(fate.captured_at_ns, fate.reason) for fate in left_out] == [(fix.captured_at_ns, "outlier")]
+    assert fates.repeated is None
 
 
 def test_how_many_estimates_come_out_the_same_is_counted():
