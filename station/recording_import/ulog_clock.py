@@ -16,7 +16,7 @@ def utc_minus_boot_ns(tables: Mapping[str, Table]) -> int | None:
     """UTC minus boot time, ns; None if the log has no GPS time.
 
     A receiver's word reaches the autopilot late, never early: so of all differences those with the least delay count, but not the
-    very least, which may be one wrong word. What remains is some tens of milliseconds; see `--offset`.
+    very least, which may be one wrong word. What remains, usually about 0.1 s, no log tells; see `--offset`.
     """
     for name in ("sensor_gps", "vehicle_gps_position"):
         table = tables.get(name)
