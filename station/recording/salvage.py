@@ -2,13 +2,15 @@
 
 import fcntl
 import os
+import struct
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, Header, McapRecord, Metadata, Schema
+from mcap.records import Attachment, Channel, Chunk, DataEnd, Header, McapRecord, Metadata, Schema
 from mcap.records import Message as McapMessage
 from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
@@ -18,6 +20,7 @@ from services.recorder import layout
 from station.mcap_parts import DAMAGE
 
 _LONGEST_RECORD_BYTES = 2**30
+_CRC_BYTES = 4
 _COMPRESSION = {"zstd": CompressionType.ZSTD, "lz4": CompressionType.LZ4, "": CompressionType.NONE}
 
 
@@ -148,19 +151,20 @@ def _records(source: Path, found: Salvage) -> Iterator[McapRecord | list[McapRec
             if isinstance(record, DataEnd):
                 # What follows is the index, which is made anew; but it must be there for the file to be whole.
                 finished = True
-                found.lost += _without_index(reader)
+                found.lost += [] if _index_is_whole(file.read()) else ["its index"]
             yield record
             if isinstance(record, Chunk):
                 yield from _inside(record, at, found)
             at = file.tell()
 
 
-def _without_index(reader: Iterator[McapRecord]) -> list[str]:
-    try:
-        whole = any(isinstance(record, Footer) for record in reader)
-    except DAMAGE:
-        whole = False
-    return [] if whole else ["its index"]
+def _index_is_whole(rest: bytes) -> bool:
+    """Whether what follows the data ends as it must, and its checksum, four bytes before the magic at the end, is right."""
+    end = -len(MCAP0_MAGIC) - _CRC_BYTES
+    if not rest.endswith(MCAP0_MAGIC) or len(rest) < -end:
+        return False
+    (crc,) = struct.unpack_from("<I", rest, len(rest) + end)
+    return crc in (0, zlib.crc32(rest[:end]))
 
 
 def _inside(chunk: Chunk, at: int, found: Salvage) -> Iterator[list[McapRecord]]:
@@ -179,7 +183,8 @@ def _note_end(source: Path, at: int, found: Salvage, error: BaseException) -> No
         if not MCAP0_MAGIC.startswith(begun):
             raise SalvageError(f"{source}: not an MCAP recording ({error})") from error
     until = f"what came after {_clock(found.last_ns)}" if found.messages else "everything"
-    found.lost.append(f"{until}: the file was not finished ({size - at} bytes at its end are no whole record)")
+    torn = f" ({size - at} bytes at its end are no whole record)" if size > at else ""
+    found.lost.append(f"{until}: the file was not finished{torn}")
 
 
 def _count(record: McapRecord | list[McapRecord], found: Salvage) -> None:

@@ -3,12 +3,14 @@
 import fcntl
 
 import pytest
+from mcap.opcode import Opcode
 from short_recording import short_recording
 
 from schemas import topics
 from station.__main__ import main
 from station.flight_record import read_flight
 from station.recording.doctor import problems_of
+from station.recording.mcap_records import records
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +46,8 @@ def test_a_whole_recording_is_left_alone(recording, capsys):
 
 def test_a_damaged_chunk_is_left_out_and_named(recording, tmp_path, capsys):
     data = bytearray(recording.read_bytes())
-    data[len(data) // 2 : len(data) // 2 + 40] = bytes(40)
+    second = [record for record in records(memoryview(bytes(data))[:-8], 8) if record.opcode == Opcode.CHUNK][1]
+    data[second.offset + 100 : second.offset + 140] = bytes(40)
     broken, mended = tmp_path / "broken.mcap", tmp_path / "mended.mcap"
     broken.write_bytes(data)
     assert main(["recording", "repair", str(broken), "--out", str(mended)]) == 0
@@ -52,6 +55,15 @@ def test_a_damaged_chunk_is_left_out_and_named(recording, tmp_path, capsys):
     assert problems_of(mended) == ([], [])
     assert broken.read_bytes() == data
     assert len(read_flight(mended).messages(topics.GROUND_TRUTH)) > 50
+
+
+def test_a_damaged_index_is_made_anew(recording, capsys, tmp_path):
+    data = bytearray(recording.read_bytes())
+    data[-100:-60] = bytes(40)
+    (tmp_path / "flight.mcap").write_bytes(data)
+    assert main(["recording", "repair", str(tmp_path)]) == 0
+    assert "lost: its index" in capsys.readouterr().out
+    assert problems_of(tmp_path / "flight.mcap") == ([], [])
 
 
 def test_nothing_is_overwritten(recording, tmp_path, capsys):
