@@ -209,7 +209,9 @@ def test_a_wrong_choice_is_refused_in_one_line(alive, only, words):
 
 
 def test_nothing_left_to_publish_is_said_with_the_reasons():
-    with pytest.raises(ChoiceError, match=r"nothing is left to publish .*truth: the simulator on this bus publishes it"):
+    with pytest.raises(
+        ChoiceError, match=r"nothing is left to publish .*truth: the simulator on this bus publishes it"
+    ):
         choose(ALL, topics.SERVICES, None, ())
 
 
