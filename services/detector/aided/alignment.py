@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from alight.geometry.camera import PinholeCamera
-from services.detector.aided.light import Lit, ShadowEdge, likeliest_edge, lit
+from services.detector.aided.light import Lit, ShadowEdge, is_plausible, likeliest_edge, lit
 from services.detector.aided.marker_view import MarkerView, TiltPrior
 from services.detector.aided.pattern import Pattern, Shades
 from services.detector.aided.pixel_rays import PixelRays
@@ -33,7 +33,8 @@ _CONVERGED_CELLS = 2e-3
 _GROUND_LEVEL, _GROUND_SIGMA = 128.0, 100.0
 _INK, _PAPER = 28.0, 218.0
 _SLOPE_SIGMA = 20.0
-_EDGE_ANGLE_SIGMA, _EDGE_OFFSET_SIGMA = 0.3, 1.0
+_EDGE_ANGLE_SIGMA, _EDGE_OFFSET_SIGMA, _EDGE_LOG_SIGMA = 0.3, 1.0, 0.5
+_LARGEST_EDGE_STEP = np.array((0.2, 0.6, 0.3))
 _BLURS = slice(6, 9)
 
 
@@ -78,8 +79,8 @@ class Alignment:
     """(8, 8), of x, y of the four corners."""
     likeness: float
     """Correlation of the model with the picture, 0 to 1."""
-    code_likeness: float
-    """Correlation of the code alone with what light, board and ground leave unexplained, 0 to 1."""
+    unexplained_without_code: float
+    """Root mean square difference that would remain if the board were blank, grey levels."""
     plausible: bool
     """Whether the brightnesses and the blur are such as can be."""
     light: Array
@@ -95,6 +96,11 @@ class Alignment:
     def view(self) -> MarkerView:
         """The pose."""
         return self.guess.view
+
+    def code_likeness(self, noise: float = 0.0) -> float:
+        """Correlation of the code alone with what light and ground leave unexplained, the picture's noise taken out, 0 to 1."""
+        misfit2 = max(self.residual**2 - noise**2, 0.0)
+        return math.sqrt(max(1.0 - misfit2 / max(self.unexplained_without_code**2, 1e-9), 0.0))
 
 
 @dataclass(frozen=True)
@@ -331,8 +337,8 @@ class Aligner:
         )
         edge = guess.edge
         if edge is not None:
-            turn, shift = np.clip(step[-2:], -0.2, 0.2) * (1.0, 3.0)
-            edge = ShadowEdge(edge.angle_rad + float(turn), edge.offset + float(shift))
+            turn, shift, growth = np.clip(step[-3:], -_LARGEST_EDGE_STEP, _LARGEST_EDGE_STEP).tolist()
+            edge = ShadowEdge(edge.angle_rad + turn, edge.offset + shift, edge.log_factor + growth)
         return Guess(MarkerView(R, view.t + step[:3] * float(view.t[2])), blur, edge)
 
     def _finished(self, patch: Patch, fit: _Step) -> Alignment:
@@ -346,16 +352,10 @@ class Aligner:
             corners_px=corners,
             corner_covariance_px2=slopes @ fit.covariance @ slopes.T,
             likeness=math.sqrt(max(1.0 - float(remaining @ remaining) / total, 0.0)),
-            code_likeness=math.sqrt(
-                max(
-                    1.0
-                    - float(fit.model.residual @ fit.model.residual)
-                    / max(fit.model.light.without_code(fit.model.brightness), 1e-9),
-                    0.0,
-                )
+            unexplained_without_code=math.sqrt(
+                fit.model.light.unexplained_without_code(fit.model.brightness) / len(fit.model.residual)
             ),
-            plausible=fit.model.light.plausible(fit.model.factors)
-            and max(fit.guess.blur.u_px, fit.guess.blur.v_px) < _LARGEST_BLUR_PX,
+            plausible=_is_plausible(fit),
             light=fit.model.factors,
             residual=math.sqrt(float(fit.model.residual @ fit.model.residual) / len(fit.model.residual)),
             side_px=float(np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).mean()),
@@ -373,15 +373,16 @@ class Aligner:
         return np.array(rows)
 
 
+def _is_plausible(fit: _Step) -> bool:
+    blur = fit.guess.blur
+    return max(blur.u_px, blur.v_px) < _LARGEST_BLUR_PX and is_plausible(fit.model.factors, fit.guess.edge)
+
+
 def _light_prior(columns: int, noise: float) -> tuple[Array, Array]:
     """Weights and means of what is known of the light beforehand."""
-    sigmas: tuple[float, ...]
-    means: tuple[float, ...]
-    if columns == 5:
-        sigmas, means = (1e3, 1e3, _GROUND_SIGMA, _SLOPE_SIGMA, _SLOPE_SIGMA), (0.0, 0.0, _GROUND_LEVEL, 0.0, 0.0)
-    else:
-        sigmas, means = (1e3, 1e3, _GROUND_SIGMA) * 2, (0.0, 0.0, _GROUND_LEVEL) * 2
-    return noise**2 / np.square(sigmas), np.array(means)
+    sigmas = np.array((1e3, 1e3, _GROUND_SIGMA, _SLOPE_SIGMA, _SLOPE_SIGMA)[:columns])
+    means = np.array((0.0, 0.0, _GROUND_LEVEL, 0.0, 0.0)[:columns])
+    return noise**2 / np.square(sigmas), means
 
 
 def _add_priors(M: Array, g: Array, guess: Guess, tilt: TiltPrior, factors: Array) -> None:
@@ -402,8 +403,7 @@ def _add_priors(M: Array, g: Array, guess: Guess, tilt: TiltPrior, factors: Arra
     diagonal[lights] += weights
     g[lights] -= weights * (factors - means)
     if guess.edge is not None:
-        diagonal[-2] += _EDGE_ANGLE_SIGMA**-2
-        diagonal[-1] += _EDGE_OFFSET_SIGMA**-2
+        diagonal[-3:] += np.array((_EDGE_ANGLE_SIGMA, _EDGE_OFFSET_SIGMA, _EDGE_LOG_SIGMA)) ** -2.0
 
 
 def _limited_blur(blur_px: float, log_step: float) -> float:

@@ -12,6 +12,7 @@ from alight.markers.layout import PadLayout, PlacedMarker
 from services.detector.aided.alignment import Aligner, Alignment, Guess
 from services.detector.aided.level_view import Region, level_view
 from services.detector.aided.marker_view import TiltPrior, views_of_square
+from services.detector.aided.noise import noise_level
 from services.detector.aided.pattern import pattern_of
 from services.detector.aided.pixel_rays import PixelRays
 from services.detector.aided.search import BANK_SIDE_PX, PatternSearch
@@ -57,6 +58,7 @@ class AidedBackend:
         self._camera: PinholeCamera | None = None
         self._aligner: Aligner | None = None
         self._track = Track()
+        self._noise = 0.0
         self._tally = Tally({"tracked": 0, "pattern_searches": 0, "found_by_pattern": 0})
 
     def detect(self, view: View) -> tuple[FoundMarker, ...]:
@@ -68,6 +70,7 @@ class AidedBackend:
             self._track.seen(view, tracked.guess)
             return (self._found(tracked, self._main),)
         self._track.lost()
+        self._noise = noise_level(view.picture)
         found = self._whole_frame.detect(view)
         if any(self._layout.find(marker.family, marker.id) for marker in found):
             return tuple(self._sharpened(view, marker, aligner) for marker in found)
@@ -119,31 +122,30 @@ class AidedBackend:
         hopeful: list[Alignment] = []
         for guess in guesses:
             first = aligner.fitted(view.picture, guess, tilt, _FIRST_STEPS)
-            if first is None or first.code_likeness < _HOPELESS:
+            if first is None or first.code_likeness(self._noise) < _HOPELESS:
                 continue
-            if first.code_likeness >= _HOPEFUL:
+            if first.code_likeness(self._noise) >= _HOPEFUL:
                 alignment = self._settled(view, first, aligner, tilt)
                 if alignment is not None:
                     return alignment
             else:
                 hopeful.append(first)
-        for first in sorted(hopeful, key=lambda each: -each.code_likeness)[:_SECOND_THOUGHTS]:
+        for first in sorted(hopeful, key=lambda each: -each.code_likeness(self._noise))[:_SECOND_THOUGHTS]:
             alignment = self._settled(view, first, aligner, tilt)
             if alignment is not None:
                 return alignment
         return None
 
-    @staticmethod
-    def _settled(view: View, first: Alignment, aligner: Aligner, tilt: TiltPrior) -> Alignment | None:
+    def _settled(self, view: View, first: Alignment, aligner: Aligner, tilt: TiltPrior) -> Alignment | None:
         """The fit gone on with, if needed with the edge of a shadow; None if it does not show the marker."""
         even = aligner.fitted(view.picture, first.guess, tilt, _MORE_STEPS)
         if even is None:
             return None
-        if even.likeness < _SHADOW_BELOW and even.code_likeness >= _SHADOW_ABOVE:
+        if even.likeness < _SHADOW_BELOW and even.code_likeness(self._noise) >= _SHADOW_ABOVE:
             shaded = aligner.fitted(view.picture, aligner.shaded(even), tilt, _MORE_STEPS)
             if shaded is not None and shaded.residual < _SHADOW_GAIN * even.residual:
                 even = shaded
-        return even if is_marker(even, tilt, view.prior) else None
+        return even if is_marker(even, self._noise, tilt, view.prior) else None
 
     def _tracked(self, view: View, aligner: Aligner) -> Alignment | None:
         """The marker where it should be after the last frame."""
@@ -153,7 +155,7 @@ class AidedBackend:
             return None
         tilt = _tilt(view.prior)
         alignment = aligner.fitted(view.picture, guess, tilt, _TRACK_STEPS)
-        if alignment is not None and is_marker(alignment, tilt, view.prior):
+        if alignment is not None and is_marker(alignment, self._noise, tilt, view.prior):
             return alignment
         return self._confirmed(view, [guess], aligner, tilt)
 
