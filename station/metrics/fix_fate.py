@@ -1,7 +1,7 @@
 """What became of each fix: refused by the geolocator, left out by the filter, refused by the commander, or flown.
 
-The filter does not say of each fix what it did with it, nor the commander of each estimate. Both are pure, so that they
-are asked again: the filter with the recorded messages, the commander's gate with the recorded estimates.
+The filter keeps a log of that. Where a recording lacks it, the filter is asked again with the recorded messages, and the
+commander's gate, which keeps no log, always is, with the recorded estimates: both are pure.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,6 +17,7 @@ from alight.runtime.node import Arrival, Node, Publication
 from schemas import topics
 from schemas.estimate import PadEstimate
 from schemas.fix import FixVerdict, PadFix
+from schemas.fusion import FusionVerdict
 from schemas.message import Message
 from schemas.mission import Phase, Verb
 from schemas.settings import Settings
@@ -27,7 +28,8 @@ from station.flight_record import FlightRecord
 from station.metrics.phases import PhaseSpan
 
 _USED = "fix_used"
-_OUTLIER = "fix_outlier"
+_TAKEN = frozenset({FusionVerdict.STARTED, FusionVerdict.FUSED, FusionVerdict.COLLECTED, FusionVerdict.REINITIALISED})
+"""Verdicts of the filter's log by which a fix is in its next estimate."""
 _BELONGS_WITHIN_NS = nanoseconds(2.0)
 """A fix that no estimate followed for this long is in none."""
 
@@ -68,8 +70,9 @@ class FixFates:
     """In the order of recording."""
     estimates: int
     """How many estimates are recorded."""
-    repeated: int
-    """How many of them the filter, asked again, releases to the last digit; fewer mean that it had forgotten or missed something."""
+    repeated: int | None
+    """How many of them the filter, asked again, releases to the last digit; fewer mean that it had forgotten or missed something.
+    None if its log says it all, or there are no settings to ask it with."""
 
     def within(self, began_at_ns: int, ended_at_ns: int) -> "FixFates":
         """The fixes captured between two times, UTC ns."""
@@ -83,13 +86,16 @@ def fix_fates(record: FlightRecord, spans: Sequence[PhaseSpan]) -> FixFates:
     fixes = record.messages(topics.PAD_FIX)
     estimates = {estimate.captured_at_ns: estimate for estimate in record.messages(topics.PAD_ESTIMATE)}
     if settings is None:
-        return FixFates(tuple(_unknown(fix) for fix in fixes), len(estimates), 0)
-    filtered, released = _ask_filter(record, build_filter(settings))
+        return FixFates(tuple(_unknown(fix) for fix in fixes), len(estimates), None)
+    filtered, repeated = _log(record), None
+    if any(fix.captured_at_ns not in filtered for fix in fixes):
+        asked, released = _ask_filter(record, build_filter(settings))
+        filtered = asked | filtered
+        repeated = sum(
+            released[at_ns].position == estimate.position for at_ns, estimate in estimates.items() if at_ns in released
+        )
     later = _Later(record, settings, spans)
-    fates = tuple(_fate(fix, filtered.get(fix.captured_at_ns, ""), later) for fix in fixes)
-    repeated = sum(
-        released[at_ns].position == estimate.position for at_ns, estimate in estimates.items() if at_ns in released
-    )
+    fates = tuple(_fate(fix, filtered[fix.captured_at_ns], later) for fix in fixes)
     return FixFates(fates, len(estimates), repeated)
 
 
@@ -110,9 +116,17 @@ def _unknown(fix: PadFix) -> FixFate:
 def _fate(fix: PadFix, filtered: str, later: "_Later") -> FixFate:
     if fix.verdict is not FixVerdict.ACCEPTED:
         return FixFate(fix.captured_at_ns, Fate.GEOLOCATOR, fix.verdict.value, fix.detail)
-    if filtered != _USED:
-        return FixFate(fix.captured_at_ns, Fate.FILTER, filtered or "not_counted")
+    if filtered not in _TAKEN:
+        return FixFate(fix.captured_at_ns, Fate.FILTER, filtered)
     return later.fate(fix.captured_at_ns)
+
+
+def _log(record: FlightRecord) -> dict[int, str]:
+    """The verdict of the filter that steers on each fix, by capture time, from its log; empty if the recording has none."""
+    written = record.messages(topics.FUSION)
+    return {
+        entry.captured_at_ns: entry.attempts[0].verdict.value for entry in written if entry.captured_at_ns is not None
+    }
 
 
 def _ask_filter(record: FlightRecord, node: Node) -> tuple[dict[int, str], dict[int, PadEstimate]]:
@@ -131,9 +145,9 @@ def _ask_filter(record: FlightRecord, node: Node) -> tuple[dict[int, str], dict[
 
 
 def _counted_as(before: Mapping[str, int], after: Mapping[str, int]) -> str:
-    """The counter of fixes that rose; a fix in the first window may sink with others that are outliers."""
+    """A verdict by the counter of fixes that rose; in the first window several may sink at once, which keeps a fix used."""
     risen = [name for name, count in after.items() if name.startswith("fix_") and count > before.get(name, 0)]
-    return _OUTLIER if _OUTLIER in risen else next(iter(risen), _USED)
+    return FusionVerdict.FUSED.value if _USED in risen or not risen else risen[0].removeprefix("fix_")
 
 
 def _in_order(record: FlightRecord, wanted: Sequence[Topic[Any]]) -> Iterator[tuple[Topic[Any], Message, int]]:

@@ -35,6 +35,7 @@ from station.report.write import check_drawing, write_report
 
 _WORST = 10
 _MOST_FAILED = 20
+_NUMERIC = (1, 2, 3)
 _SHARE_BINS = 4
 
 
@@ -177,16 +178,20 @@ def _worst(rows: Sequence[Row], links: Mapping[int, str], varied: Sequence[Facto
     error_m, good = numbers(rows, ERROR_M), landed(rows)
     failed = [number for number in range(len(rows)) if not good[number]]
     far = [number for number in np.argsort(-np.nan_to_num(error_m, nan=-1.0)).tolist() if good[number]][:_WORST]
-    head = ("flight", "error", "outcome", "time to land", "frames with pad", "the strongest factors")
+    head = ("flight", "error", "time to land", "pad seen", "outcome", "the strongest factors")
     body = "".join(_worst_row(head, rows, number, links, varied) for number in [*failed[:_MOST_FAILED], *far])
     about = f"The flights that did not land, then the {len(far)} that landed farthest from the centre"
     about += f" ({len(failed) - _MOST_FAILED} more failed)." if len(failed) > _MOST_FAILED else "."
     about += " A linked flight has a report of its own." if links else " No flight has a recording."
-    heads = "".join(f"<th>{escape(text)}</th>" for text in head)
+    heads = "".join(f"<th{_alignment(column)}>{escape(text)}</th>" for column, text in enumerate(head))
     made = (
         f'<div class="wide"><table class="stacked"><thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table></div>'
     )
     return Section("Worst cases", about, made)
+
+
+def _alignment(column: int) -> str:
+    return ' class="number"' if column in _NUMERIC else ""
 
 
 def _worst_row(
@@ -199,14 +204,17 @@ def _worst_row(
     cells = (
         _flight(number, rows, links),
         escape("" if np.isnan(error_m) else f"{100 * error_m:.1f} cm"),
-        escape(outcome),
         escape("" if np.isnan(landing_s) else f"{landing_s:.1f} s"),
         escape("" if np.isnan(rate) else f"{rate:.1%}"),
+        escape(outcome),
         escape(special),
     )
     return (
         "<tr>"
-        + "".join(f'<td data-head="{name}">{cell}</td>' for name, cell in zip(head, cells, strict=True))
+        + "".join(
+            f'<td{_alignment(column)} data-head="{name}">{cell}</td>'
+            for column, (name, cell) in enumerate(zip(head, cells, strict=True))
+        )
         + "</tr>"
     )
 

@@ -53,6 +53,20 @@ def lanes(fates: FixFates) -> list[Lane]:
     return rows if len(rows) <= _MOST_LANES else _rarest_together(rows)
 
 
+def fixes_words(fates: FixFates) -> str:
+    """What the picture shows, and how it is known."""
+    about = (
+        "One stroke a fix, in the row of how far it came: refused by the geolocator, left out by the filter, refused by the "
+        "commander, or flown."
+    )
+    if fates.repeated is None:
+        return about
+    return (
+        f"{about} The filter's log in the recording does not name each fix, so that it was asked again with the recorded ones: "
+        f"{fates.repeated} of the {fates.estimates} recorded estimates come out the same to the last digit."
+    )
+
+
 def fixes_table(fates: FixFates) -> str:
     """How many of each, with an example in words."""
     total = max(1, len(fates.fates))

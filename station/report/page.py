@@ -14,7 +14,7 @@ from station.report import tables
 from station.report.configuration import configuration
 from station.report.document import Section, banner, cards, document
 from station.report.error_view import error_picture
-from station.report.fixes_view import fixes_list, fixes_picture, fixes_table
+from station.report.fixes_view import fixes_list, fixes_picture, fixes_table, fixes_words
 from station.report.flight_path import FlightPaths, flight_paths
 from station.report.health_cards import health_cards
 from station.report.height_view import height_picture
@@ -177,11 +177,7 @@ def _fixes(paths: FlightPaths, drawn: dict[str, str], fates: FixFates) -> Sectio
     title = "What became of each fix"
     if not fates.fates:
         return Section(title, "There is no fix in the recording.", "")
-    about = (
-        "One stroke a fix, in the row of how far it came: refused by the geolocator, left out by the filter, refused by the "
-        f"commander, or flown. What the filter did is worked out again from the recorded fixes; {fates.repeated} of the "
-        f"{fates.estimates} recorded estimates come out the same to the last digit."
-    )
+    about = fixes_words(fates)
     return Section(title, about, drawn["fixes"] + fixes_table(fates) + fixes_list(fates, paths))
 
 
