@@ -1,7 +1,8 @@
-"""Makes the reference flights of the replay tests: `python -m station.replay.reference [DIR] [--only NAME,...]`.
+"""Makes reference flights for replay tests: `python -m station.replay.reference [DIR] [--only NAME,...]`.
 
 Each is flown in lockstep from a seed, with a small camera at a low rate, and written with JPEG pictures. Its outputs are
-then those of a replay of the stored pictures, so that they have to be met to the last bit.
+then those of a replay of the stored pictures, so that they have to be met to the last bit. With `--of FLIGHT --from S --to S
+--name NAME` a part of any recording becomes one in the same way.
 """
 
 import argparse
@@ -12,22 +13,24 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from alight.runtime.clock import LOCKSTEP_EPOCH_NS, nanoseconds
-from alight.runtime.settings_file import load_settings
+from alight.runtime.settings_file import SettingsError, load_settings
 from schemas import topics
 from schemas.mission import Phase
 from schemas.settings import Settings
 from station.director import FlightDirector, FlightPlan
 from station.lockstep_flight import at_lockstep_rate, build_node, fly_lockstep
-from station.mcap_parts import StoredMessage
+from station.mcap_parts import FlightRecordError, StoredMessage
 from station.replay.aborting_director import AbortingDirector
 from station.replay.covered_camera import CoveredCamera
-from station.replay.engine import CHAIN
 from station.replay.error import ReplayError
+from station.replay.excerpt import write_excerpt
+from station.replay.explanation import explanation
 from station.replay.recording import ReplayRecording
 from station.replay.replay import replay
 from station.replay.rewrite import rewrite
 from station.replay.text import verdict
 from station.replay.tolerance import EXACT
+from station.replay.update import journalled
 
 DIRECTORY = Path("tests/replay/flights")
 PLAN = FlightPlan(takeoff_to_ned_m=None)
@@ -94,12 +97,39 @@ def make(scenario: Scenario, directory: Path) -> Path:
         if phase is not scenario.ends_in:
             raise ReplayError(f"{scenario.name}: the flight ended in {phase}, not in {scenario.ends_in}")
         flown = ReplayRecording(settings.recorder.directory / settings.recorder.file_name)
-        rewrite(flown, replay(flown, CHAIN, (), EXACT), target, _thinned())
-    again = replay(ReplayRecording(target), CHAIN, (), EXACT)
+        _settle(flown, target)
+    return target
+
+
+def take(flight: Path, begin_s: float, end_s: float, target: Path) -> None:
+    """Make a part of a recording a reference flight.
+
+    Args:
+        flight: The recording.
+        begin_s: Where the part begins, seconds after the recording's first message.
+        end_s: Where it ends, the same.
+        target: The file to write.
+
+    Raises:
+        ReplayError: If its replay does not yield it.
+        OSError: If the file cannot be written.
+    """
+    recording = ReplayRecording(flight)
+    first_ns = min(stored.logged_at_ns for stored in recording.stored)
+    with tempfile.TemporaryDirectory() as folder:
+        part = Path(folder) / "part.mcap"
+        write_excerpt(recording, first_ns + nanoseconds(begin_s), first_ns + nanoseconds(end_s), part, _thinned())
+        _settle(ReplayRecording(part), target)
+
+
+def _settle(flown: ReplayRecording, target: Path) -> None:
+    """Write a flight with the outputs of its replay, and see that they are those of the next one."""
+    rewrite(flown, replay(flown, journalled(flown), (), EXACT), target, _thinned())
+    settled = ReplayRecording(target)
+    again = replay(settled, journalled(settled), (), EXACT)
     print(f"{target}: {target.stat().st_size / 1000:.0f} kB, {again.flown_s:.1f} s; {verdict(again)}")
     if not again.equal:
-        raise ReplayError(f"{target}: its replay does not yield it: a node is not deterministic")
-    return target
+        raise ReplayError(f"{target}: its replay does not yield it: {' '.join(explanation(again))}")
 
 
 def _director(scenario: Scenario, settings: Settings) -> FlightDirector:
@@ -135,12 +165,20 @@ def main(words: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m station.replay.reference", description=__doc__.splitlines()[0])
     parser.add_argument("directory", type=Path, nargs="?", default=DIRECTORY, metavar="DIR")
     parser.add_argument("--only", type=lambda text: text.split(","), metavar="NAME,...")
+    parser.add_argument("--of", type=Path, metavar="FLIGHT", help="take a part of this recording instead")
+    parser.add_argument("--from", dest="begin_s", type=float, default=0.0, metavar="S", help="with --of: its beginning")
+    parser.add_argument("--to", dest="end_s", type=float, default=1e6, metavar="S", help="with --of: its end")
+    parser.add_argument("--name", default="excerpt", help="with --of: the name of the file, without .mcap")
     arguments = parser.parse_args(words)
     try:
+        if arguments.of is not None:
+            target = arguments.directory / f"{arguments.name}.mcap"
+            take(arguments.of, arguments.begin_s, arguments.end_s, target)
+            return 0
         for scenario in SCENARIOS:
             if arguments.only is None or scenario.name in arguments.only:
                 make(scenario, arguments.directory)
-    except (ReplayError, OSError) as error:
+    except (ReplayError, FlightRecordError, SettingsError, OSError) as error:
         sys.stderr.write(f"{error}\n")
         return 1
     return 0

@@ -14,6 +14,7 @@ from schemas.message import Message
 from services.filter import averaging
 from station.__main__ import main
 from station.mcap_parts import StoredMessage
+from station.replay import reference
 from station.replay.error import ReplayError
 from station.replay.explanation import explanation
 from station.replay.recording import ReplayRecording
@@ -215,6 +216,17 @@ def test_wrong_use_is_answered_in_a_line(flight: Path, capsys: pytest.CaptureFix
     assert "name some of detector,geolocator,filter,commander" in lines[0]
     assert "did you mean filter.method?" in lines[1]
     assert "no such recording" in lines[2]
+
+
+def test_a_part_of_a_recording_becomes_a_flight_of_its_own(
+    flight: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert reference.main([str(tmp_path), "--of", str(flight), "--from", "2", "--to", "4", "--name", "part"]) == 0
+    assert "equal to the last bit" in capsys.readouterr().out
+    part = ReplayRecording(tmp_path / "part.mcap")
+    frames = part.of(topics.FRAME)
+    assert 7 <= len(frames) <= 9 and len(part.pictures.times_ns) == len(frames)
+    assert replay(part, CHAIN).equal
 
 
 def test_lossy_pictures_are_compared_with_tolerances(tmp_path: Path) -> None:
