@@ -1,6 +1,8 @@
-"""Reading a camera calibration from a file: our TOML, or the YAML that OpenCV's own programs write."""
+"""Camera calibrations in files: our TOML, read and written, and the YAML that OpenCV's own programs write."""
 
+import json
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -58,6 +60,46 @@ def read_calibration(path: Path, key: str, size_px: tuple[int, int] | None = Non
         name = ".".join(str(part) for part in first["loc"])
         raise CalibrationError(f"{path}: {name}: {first['msg']} (got {first['input']!r}): {_REMEDY}") from None
     return CameraCalibration(at_ns=0, **checked.model_dump())
+
+
+def calibration_text(calibration: Calibration, remarks: Sequence[str] = ()) -> str:
+    """A calibration as the TOML file that `read_calibration` reads.
+
+    Args:
+        calibration: The numbers.
+        remarks: Lines for people, put before them.
+    """
+    lines = [f"# {line}" for line in remarks]
+    lines += [f"{key} = {getattr(calibration, key)!r}" for key in _KEYS]
+    lines.append(f"distortion = {list(calibration.distortion)!r}")
+    lines.append(f"source = {json.dumps(calibration.source)}")
+    return "\n".join(lines) + "\n"
+
+
+def scaled_to(calibration: CameraCalibration, width_px: int, height_px: int) -> CameraCalibration:
+    """The same camera giving pictures of another size, where the whole sensor is binned or scaled and nothing is cut off.
+
+    Raises:
+        CalibrationError: If the shape differs, so that something was cut off.
+    """
+    across, down = width_px / calibration.width_px, height_px / calibration.height_px
+    # One pixel more or less is rounding.
+    if abs(calibration.height_px * across - height_px) > 1.0:
+        raise CalibrationError(
+            f"pictures are {width_px}x{height_px}, the calibration is for {calibration.width_px}x{calibration.height_px}: "
+            "another shape, so something was cut off; calibrate at the size that is flown"
+        )
+    return calibration.model_copy(
+        update={
+            "width_px": width_px,
+            "height_px": height_px,
+            "fx_px": calibration.fx_px * across,
+            "fy_px": calibration.fy_px * down,
+            # Pixels are counted from the centre of the first one.
+            "cx_px": (calibration.cx_px + 0.5) * across - 0.5,
+            "cy_px": (calibration.cy_px + 0.5) * down - 0.5,
+        }
+    )
 
 
 def _from_toml(path: Path, text: str) -> dict[str, Any]:
