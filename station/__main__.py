@@ -63,6 +63,7 @@ def parser() -> argparse.ArgumentParser:
     _add_asking(commands)
     _add_detect(commands)
     _add_pad(commands)
+    _add_calibrate(commands)
     _add_report(commands)
     _add_replay(commands)
     _add_recording(commands)
@@ -129,6 +130,14 @@ def _add_pad(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         "pad", help="print a pad at true scale, or show it", description="Print or show a pad."
     )
     pad.add_arguments(command)
+
+
+def _add_calibrate(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    from station.calibrate import command as calibrate  # noqa: PLC0415
+
+    meaning = "calibrate a camera from pictures of a board"
+    command = commands.add_parser("calibrate", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
+    calibrate.add_arguments(command)
 
 
 def _add_report(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
