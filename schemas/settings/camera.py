@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from schemas.frame import MAX_SIDE_PX
+from schemas.settings.live_camera import LiveCamera
 from schemas.settings.section import Section
 
 Coefficient = Annotated[float, Field(ge=-100.0, le=100.0)]
@@ -119,8 +120,9 @@ class Files(Section):
 class CameraSettings(Section):
     """Where frames come from, and the camera's calibration."""
 
-    source: Literal["simulated", "files"] = "simulated"
-    """`simulated` renders what the ground truth says; `files` plays images or videos."""
+    source: Literal["simulated", "files", "device", "stream"] = "simulated"
+    """`simulated` renders what the ground truth says; `files` plays images or videos; `device` reads a V4L2 camera; `stream` one from
+    the network."""
     rate_hz: float = Field(default=30.0, gt=0.0, le=240.0)
     """Frames a second. A simulated camera cannot be quicker than `simulator.truth_hz`."""
     calibration_file: str = ""
@@ -129,3 +131,4 @@ class CameraSettings(Section):
     """The calibration, where no file is named."""
     simulated: Simulated = Simulated()
     files: Files = Files()
+    live: LiveCamera = LiveCamera()

@@ -1,8 +1,10 @@
 """A camera that plays pictures from a source at a steady rate."""
 
 from alight.runtime.clock import NS_PER_S
-from alight.runtime.node import Outputs
+from alight.runtime.node import Outputs, Publication
+from schemas import topics
 from schemas.calibration import CameraCalibration
+from services.camera.calibration_file import CalibrationError, scaled_to
 from services.camera.node import CameraNode
 from services.camera.picture_source import PictureSource
 
@@ -19,6 +21,7 @@ class PlayedCameraNode(CameraNode):
             rate_hz: Pictures a second.
         """
         super().__init__(calibration)
+        self._given = calibration
         self.tick_period_ns = round(NS_PER_S / rate_hz)
         self._source = source
         self._wrong_size = ""
@@ -30,14 +33,22 @@ class PlayedCameraNode(CameraNode):
         if picture is None:
             return outputs
         height, width = picture.pixels.shape[:2]
-        believed = (self._calibration.width_px, self._calibration.height_px)
-        self._wrong_size = (
-            ""
-            if (width, height) == believed
-            else f"{picture.name} is {width}x{height}, the calibration is for {believed[0]}x{believed[1]}: correct camera.calibration"
-        )
+        if (width, height) != (self._calibration.width_px, self._calibration.height_px):
+            outputs.extend(self._fit_calibration(picture.name, width, height, now_ns))
         outputs.append(self._frame(picture.pixels, now_ns, picture.name[:500]))
         return outputs
+
+    def _fit_calibration(self, name: str, width_px: int, height_px: int, now_ns: int) -> Outputs:
+        """Scale it to a picture of another size, and say so; where shapes differ, the detector refuses the frames."""
+        believed = f"{self._given.width_px}x{self._given.height_px}"
+        different = f"{name} is {width_px}x{height_px}, the calibration is for {believed}"
+        try:
+            self._calibration = scaled_to(self._given, width_px, height_px)
+        except CalibrationError:
+            self._wrong_size = f"{different}, which has another shape: correct camera.calibration"
+            return []
+        self._wrong_size = f"{different}: scaled, which is right if the camera bins its pixels and wrong if it crops"
+        return [Publication(topics.CALIBRATION, self._calibration.model_copy(update={"at_ns": now_ns}))]
 
     def counters(self) -> dict[str, int]:
         """Frames so far, and files that could not be decoded."""
