@@ -115,7 +115,7 @@ class FlightFile:
         self._part.flush()
         self._note_handed_over()
         if now_ns >= self._sync_due_ns and self._host is not None and self._settings.recorder.sync_period_s > 0.0:
-            self._part.sync()
+            self._part.begin_sync()
             self._sync_due_ns = now_ns + nanoseconds(self._settings.recorder.sync_period_s)
         self._quota.look(self._earlier_bytes + self._part.size_bytes)
         self._look_at_disk()

@@ -82,10 +82,10 @@ class PartFile:
             self._room_bytes += _ROOM_FOR_A_CHUNKS_INDEX_BYTES
             self._disk.hold_back(-(-self._room_bytes // _ROOM_FOR_THE_END_BYTES) * _ROOM_FOR_THE_END_BYTES)
 
-    def sync(self) -> None:
-        """Wait until the disk has what was flushed."""
+    def begin_sync(self) -> None:
+        """Let the disk take what was flushed, without waiting for it."""
         if self._disk.failure is None:
-            self._disk.sync()
+            self._disk.begin_sync()
 
     def finish(self, endings: Iterable[tuple[str, Mapping[str, str]]]) -> None:
         """Write the last metadata and the index, and close; after a failure just close: a reader can do without."""

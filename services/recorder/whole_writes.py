@@ -2,6 +2,7 @@
 
 import fcntl
 import os
+import threading
 from contextlib import suppress
 from pathlib import Path
 
@@ -27,6 +28,7 @@ class WholeWrites:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         self._held = HeldSpace(path.parent)
         self._end = 0
+        self._syncing: threading.Thread | None = None
         self.full: OSError | None = None
         self.failure: OSError | None = None
 
@@ -53,10 +55,13 @@ class WholeWrites:
     def flush(self) -> None:
         """Nothing is held back in this process."""
 
-    def sync(self) -> None:
-        """Wait until the disk itself has everything."""
-        with suppress(OSError):
-            os.fdatasync(self._file.fileno())
+    def begin_sync(self) -> None:
+        """Let the disk itself take everything, in a thread of its own: on a busy disk that takes seconds, and writing goes on."""
+        if self._syncing is not None and self._syncing.is_alive():
+            return
+        with suppress(OSError, RuntimeError):  # no descriptor or no thread to be had: the next one will
+            self._syncing = threading.Thread(target=_sync, args=(os.dup(self._file.fileno()),), daemon=True)
+            self._syncing.start()
 
     def close(self) -> None:
         """Let go of the file."""
@@ -76,3 +81,10 @@ class WholeWrites:
             return error
         self._end += len(data)
         return None
+
+
+def _sync(descriptor: int) -> None:
+    with suppress(OSError):
+        os.fdatasync(descriptor)
+    with suppress(OSError):
+        os.close(descriptor)
