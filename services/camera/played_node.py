@@ -1,12 +1,11 @@
 """A camera that plays pictures from a source at a steady rate."""
 
 from alight.runtime.clock import NS_PER_S
-from alight.runtime.node import Outputs, Publication
-from schemas import topics
+from alight.runtime.node import Outputs
 from schemas.calibration import CameraCalibration
 from services.camera.calibration_file import CalibrationError, scaled_to
 from services.camera.node import CameraNode
-from services.camera.picture_source import PictureSource
+from services.camera.picture_source import PictureSource, SourcedPicture
 
 
 class PlayedCameraNode(CameraNode):
@@ -28,27 +27,32 @@ class PlayedCameraNode(CameraNode):
 
     def on_tick(self, now_ns: int) -> Outputs:
         """Publish the next picture, and the calibration when it is due."""
-        outputs = list(super().on_tick(now_ns))
         picture = self._source.next_picture()
-        if picture is None:
-            return outputs
-        height, width = picture.pixels.shape[:2]
-        if (width, height) != (self._calibration.width_px, self._calibration.height_px):
-            outputs.extend(self._fit_calibration(picture.name, width, height, now_ns))
-        outputs.append(self._frame(picture.pixels, now_ns, picture.name[:500]))
+        if picture is not None:
+            self._fit_calibration(picture)
+        outputs = list(super().on_tick(now_ns))
+        if picture is not None:
+            outputs.append(self._frame(picture.pixels, now_ns, picture.name[:500]))
         return outputs
 
-    def _fit_calibration(self, name: str, width_px: int, height_px: int, now_ns: int) -> Outputs:
+    def _fit_calibration(self, picture: SourcedPicture) -> None:
         """Scale it to a picture of another size, and say so; where shapes differ, the detector refuses the frames."""
-        believed = f"{self._given.width_px}x{self._given.height_px}"
-        different = f"{name} is {width_px}x{height_px}, the calibration is for {believed}"
-        try:
-            self._calibration = scaled_to(self._given, width_px, height_px)
-        except CalibrationError:
-            self._wrong_size = f"{different}, which has another shape: correct camera.calibration"
-            return []
-        self._wrong_size = f"{different}: scaled, which is right if the camera bins its pixels and wrong if it crops"
-        return [Publication(topics.CALIBRATION, self._calibration.model_copy(update={"at_ns": now_ns}))]
+        height_px, width_px = picture.pixels.shape[:2]
+        given = (self._given.width_px, self._given.height_px)
+        fitting = self._given
+        self._wrong_size = ""
+        if (width_px, height_px) != given:
+            different = f"{picture.name} is {width_px}x{height_px}, the calibration is for {given[0]}x{given[1]}"
+            try:
+                fitting = scaled_to(self._given, width_px, height_px)
+                self._wrong_size = (
+                    f"{different}: scaled, which is right if the camera bins its pixels, wrong if it crops"
+                )
+            except CalibrationError:
+                self._wrong_size = f"{different}, which has another shape: correct camera.calibration"
+        if fitting != self._calibration:
+            self._calibration = fitting
+            self._calibration_due_ns = 0
 
     def counters(self) -> dict[str, int]:
         """Frames so far, and files that could not be decoded."""

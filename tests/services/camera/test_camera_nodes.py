@@ -119,10 +119,20 @@ def test_a_video_is_played_frame_by_frame(tmp_path) -> None:
 
 
 def test_a_picture_of_another_size_than_the_calibration_is_complained_about(tmp_path) -> None:
-    cv2.imwrite(str(tmp_path / "small.png"), np.zeros((48, 64), np.uint8))
+    cv2.imwrite(str(tmp_path / "small.png"), np.zeros((48, 80), np.uint8))
     node = playing(tmp_path)
     frames_at_ticks(node, 1)
-    assert "small.png is 64x48, the calibration is for 640x480" in node.complaints(START_NS)[0]
+    assert "small.png is 80x48, the calibration is for 640x480, which has another shape" in node.complaints(START_NS)[0]
+
+
+def test_the_calibration_is_scaled_to_pictures_of_another_size_and_the_same_shape(tmp_path) -> None:
+    cv2.imwrite(str(tmp_path / "half.png"), np.zeros((240, 320), np.uint8))
+    node = playing(tmp_path)
+    calibration, frame = node.on_tick(START_NS)
+    assert (calibration.message.width_px, calibration.message.height_px) == (320, 240)
+    assert calibration.message.fx_px == pytest.approx(293.35 / 2)
+    assert frame.message.width_px == 320
+    assert "scaled, which is right if the camera bins" in node.complaints(START_NS)[0]
 
 
 @pytest.mark.parametrize(
