@@ -27,6 +27,7 @@ bench: $(VENV)/.test  ## measured figures, as tables
 
 reference-flights: $(VENV)/.test  ## fly the reference flights of the replay tests anew (after a change of messages or behaviour)
 	$(BIN)/python -m station.replay.reference
+	$(BIN)/alight replay tests/replay/flights/px4.mcap --update --yes
 
 clean:
 	rm -rf $(VENV) build *.egg-info
