@@ -64,7 +64,7 @@ def bench_nested() -> None:
     """Show and print."""
     cv2.setNumThreads(1)
     settings = Settings(pad=PadSettings(layout="nested"))
-    backends = tuple(dict.fromkeys((settings.detector.backend, "aruco")))
+    backends = tuple(dict.fromkeys((settings.detector.backend, "aided", "aruco")))
     looks: dict[str, list[Seen]] = {name: [] for name in backends}
     detectors = {
         name: detector_from(
