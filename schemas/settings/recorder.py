@@ -16,7 +16,7 @@ class RecorderSettings(Section):
     file_name: str = Field(default="flight.mcap", pattern=r"^[A-Za-z0-9._-]{1,100}\.mcap$")
     """Name of the file in that folder. Nothing is overwritten: a recorder that starts again goes on in `flight_2.mcap`."""
     frames: Literal["jpeg", "png", "raw", "none"] = "jpeg"
-    """How pictures are kept: `jpeg` (about 1 ms and 50 kB each at 640x480), `raw` (bit by bit, the quickest, 200 kB or more), `png` (lossless,
+    """How pictures are kept: `jpeg` (about 1 ms and 50 kB each at 640x480), `raw` (bit by bit, about 1 ms and 220 kB), `png` (lossless,
     about 10 ms and 190 kB), `none`."""
     jpeg_quality: int = Field(default=80, ge=1, le=100)
     """Quality of JPEG pictures, 1 to 100."""
