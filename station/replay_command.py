@@ -1,6 +1,7 @@
 """`alight replay FLIGHT.mcap`: a recorded flight once more, on the bus or, with `--through`, through changed code."""
 
 import argparse
+import sys
 from pathlib import Path
 
 from station.replay import command as through
@@ -29,4 +30,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Replay; the exit status."""
     if arguments.through or arguments.update:
         return through.run(arguments)
+    if arguments.report or arguments.json or arguments.tolerance:
+        sys.stderr.write("alight replay: --report, --json and --tolerance need nodes: add --through SERVICE,...\n")
+        return 2
     return republish.run(arguments)

@@ -26,11 +26,14 @@ through the nodes of today:
   alight replay FLIGHT --through filter --set filter.method=median
                                      what would the flight have been worth with another filter?
   alight replay FLIGHT... --update   let reference flights expect what the nodes say today
+
+docs/replay.md says more.
 """
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the options of a replay through nodes."""
+    parser.epilog = EPILOG
     group = parser.add_argument_group("through the nodes of today")
     group.add_argument(
         "--through",

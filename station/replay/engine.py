@@ -210,7 +210,10 @@ class Engine:
             return message, ()  # quicker than reading what is recorded
         recorded = self._recording.message(stored.topic, stored.stamp_ns, number)
         stamped = _stamped(service, message, entry, recorded, leaves_ns)
-        return stamped, () if recorded is None else differences(recorded, stamped, self._tolerances)
+        found = () if recorded is None else differences(recorded, stamped, self._tolerances)
+        if self._recording.older:
+            found = tuple(difference for difference in found if difference.recorded is not None)
+        return stamped, found
 
     def _forward(self, output: Output) -> None:
         """Bring a message that there was not in flight to its readers."""

@@ -31,6 +31,8 @@ class Listening:
         """Whether a message of a topic that was published at this time, UTC ns, would be in the recording."""
         if published_at_ns > self._end_ns:
             return False
+        if self._recording.older and not self._recording.of(topic):
+            return False  # what an older version did not publish at all is no addition of this replay
         if not self._late:
             return True
         first = next((stored.logged_at_ns for stored in self._recording.of(topic)), self._begin_ns)

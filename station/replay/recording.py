@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from alight.runtime.node import Pixels
 from schemas import topics
 from schemas.journal import Journal
-from schemas.message import Message
+from schemas.message import SCHEMA_VERSION, Message
 from schemas.topics import Topic
 from station.mcap_parts import PartsReader, PictureStore, StoredMessage
 
@@ -35,6 +35,8 @@ class ReplayRecording:
         self.settings: Mapping[str, Any] = json.loads(reader.settings) if reader.settings else {}
         """As recorded, by whatever version recorded it."""
         self.versions: Mapping[str, str] = reader.versions
+        self.older = int(reader.versions.get("schema", SCHEMA_VERSION)) < SCHEMA_VERSION
+        """Whether an older version of the messages made it: what that did not have cannot be compared."""
         self.defects: tuple[str, ...] = tuple(reader.defects())
         self.pictures = PictureStore(reader.pictures)
         self.ended_at_ns = max((stored.logged_at_ns for stored in self.stored), default=0)

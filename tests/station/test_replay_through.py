@@ -218,6 +218,17 @@ def test_wrong_use_is_answered_in_a_line(flight: Path, capsys: pytest.CaptureFix
     assert "no such recording" in lines[2]
 
 
+def test_of_an_older_recording_only_what_it_had_is_compared() -> None:
+    older = ReplayRecording(Path(__file__).parent / "recordings" / "version_1.mcap")
+    result = replay(older, ("geolocator", "filter"))
+    assert older.older
+    fixes = result.counts[topics.PAD_FIX.name]
+    assert fixes.same + fixes.tolerated + fixes.different == len(older.of(topics.PAD_FIX)) > 0
+    assert result.counts[topics.FUSION.name].additional == 0
+    compared = [difference for output in result.of(topics.PAD_FIX.name) for difference in output.differences]
+    assert all(difference.recorded is not None for difference in compared)
+
+
 def test_a_part_of_a_recording_becomes_a_flight_of_its_own(
     flight: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
