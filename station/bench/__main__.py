@@ -3,6 +3,10 @@
 import sys
 
 from station.bench.campaign import bench_campaign
+from station.bench.detection_corners import bench_detection_corners
+from station.bench.detection_range import bench_detection_range
+from station.bench.detection_time import bench_detection_time
+from station.bench.estimation import bench_estimation
 from station.bench.lockstep import bench_lockstep
 from station.bench.nested import bench_nested
 from station.bench.overhead import bench_overhead
@@ -13,18 +17,29 @@ from station.bench.stages import bench_stages
 BENCHES = {
     "overhead": bench_overhead,
     "stages": bench_stages,
+    "estimation": bench_estimation,
     "lockstep": bench_lockstep,
     "campaign": bench_campaign,
     "nested": bench_nested,
     "replay": bench_replay,
     "recording": bench_recording,
+    "detection-range": bench_detection_range,
+    "detection-corners": bench_detection_corners,
+    "detection-time": bench_detection_time,
 }
+WITH_OPTIONS = {
+    "campaign": bench_campaign,
+    "detection-range": bench_detection_range,
+    "detection-corners": bench_detection_corners,
+    "detection-time": bench_detection_time,
+}
+"""Those that take options of their own when named alone."""
 
 
 def main() -> int:
     """Run the named benches, or all."""
-    if sys.argv[1:2] == ["campaign"]:
-        bench_campaign(sys.argv[2:])
+    if sys.argv[1:] and sys.argv[1] in WITH_OPTIONS and (len(sys.argv) == 2 or sys.argv[2].startswith("-")):
+        WITH_OPTIONS[sys.argv[1]](sys.argv[2:])
         return 0
     names = sys.argv[1:] or list(BENCHES)
     unknown = [name for name in names if name not in BENCHES]

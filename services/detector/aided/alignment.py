@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from alight.geometry.camera import PinholeCamera
-from services.detector.aided.light import Lit, ShadowEdge, is_plausible, likeliest_edge, lit
+from services.detector.aided.light import Lit, ShadowEdge, is_plausible, light_at, likeliest_edge, lit
 from services.detector.aided.marker_view import MarkerView, TiltPrior
 from services.detector.aided.pattern import Pattern, Shades
 from services.detector.aided.pixel_rays import PixelRays
@@ -91,6 +91,8 @@ class Alignment:
     """Mean length of the sides, pixels of the whole picture."""
     patch: Patch
     """What was compared."""
+    differences: Array
+    """(N,): picture minus model, grey levels."""
 
     @property
     def view(self) -> MarkerView:
@@ -165,7 +167,7 @@ class Aligner:
             guess = step.guess
             if step.moved_cells < _CONVERGED_CELLS:
                 break
-            if count == 2:
+            if count == 2 and count + 1 < steps:
                 patch = self._patch(picture, guess.view)
         return self._finished(patch, step) if step is not None and patch is not None else None
 
@@ -206,6 +208,16 @@ class Aligner:
         u, v, _ = self.places(patch.rays, guess.view)
         s_u, s_v, _ = self._blur_cells(guess, patch.shrink)
         return self.pattern.cell_shares(u, v, s_u, s_v)
+
+    def contrast(self, alignment: Alignment) -> Array:
+        """White minus black at each pixel, (N,), grey levels."""
+        patch, guess = alignment.patch, alignment.guess
+        step = np.full(len(patch.brightness), float(alignment.light[1] - alignment.light[0]))
+        if guess.edge is None:
+            return step
+        u, v, _ = self.places(patch.rays, guess.view)
+        s_u, s_v, _ = self._blur_cells(guess, patch.shrink)
+        return step * light_at(u, v, self._half, guess.edge, (s_u + s_v) / 2.0)
 
     def _patch(self, picture: GreyPicture, view: MarkerView) -> Patch | None:
         corners = self.corners_px(view)
@@ -360,6 +372,7 @@ class Aligner:
             residual=math.sqrt(float(fit.model.residual @ fit.model.residual) / len(fit.model.residual)),
             side_px=float(np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).mean()),
             patch=patch,
+            differences=fit.model.residual,
         )
 
     def _corner_slopes(self, view: MarkerView) -> Array:

@@ -71,15 +71,21 @@ class AidedBackend:
             return (self._found(tracked, self._main),)
         self._track.lost()
         self._noise = noise_level(view.picture)
+        if view.prior is not None and view.prior.height_m is not None:
+            alignment = self._acquired(view, view.prior, aligner)
+            if alignment is not None:
+                return self._begun(view, alignment)
         found = self._whole_frame.detect(view)
         if any(self._layout.find(marker.family, marker.id) for marker in found):
             return tuple(self._sharpened(view, marker, aligner) for marker in found)
-        alignment = self._acquired(view, aligner)
-        if alignment is None:
-            return found
+        # Height and place may be wrong: look once more without them.
+        alignment = self._acquired(view, _attitude_of(view.prior), aligner)
+        return (*found, *self._begun(view, alignment)) if alignment is not None else found
+
+    def _begun(self, view: View, alignment: Alignment) -> tuple[FoundMarker, ...]:
         self._tally.add("found_by_pattern")
         self._track.seen(view, alignment.guess)
-        return (*found, self._found(alignment, self._main))
+        return (self._found(alignment, self._main),)
 
     def counters(self) -> Mapping[str, int]:
         """How the pad was found."""
@@ -98,26 +104,29 @@ class AidedBackend:
         if (marker.family, marker.id) != (self._main.family, self._main.id):
             return marker
         views = views_of_square(marker.corners_px, self._main.side_m, aligner.camera)
-        alignment = self._confirmed(view, [Guess(each) for each in views], aligner, _tilt(view.prior))
+        alignment = self._confirmed(view, None, [Guess(each) for each in views], aligner, _tilt(view.prior))
         if alignment is None:
             return marker
         self._track.seen(view, alignment.guess)
         return self._found(alignment, self._main)
 
-    def _acquired(self, view: View, aligner: Aligner) -> Alignment | None:
+    def _acquired(self, view: View, prior: Prior | None, aligner: Aligner) -> Alignment | None:
+        """The marker where, and as large as, the prior says, or anywhere and of any size small enough where it says nothing."""
         self._tally.add("pattern_searches")
-        tilt = _tilt(view.prior)
+        tilt = _tilt(prior)
         scored: list[tuple[float, Guess]] = []
-        for side_px, scale in _levels(view.prior, aligner.camera, self._main.side_m):
-            region = _region(view.prior, side_px)
+        for side_px, scale in _levels(prior, aligner.camera, self._main.side_m):
+            region = _region(prior, side_px)
             level = level_view(view.picture, aligner.camera, tilt.normal_camera, scale, region)
             if level is not None:
                 proposals = self._search.proposals(level.picture, _PROPOSALS)
                 scored += [(each.score, Guess(level.marker_view(each, self._main.side_m))) for each in proposals]
         scored.sort(key=lambda each: -each[0])
-        return self._confirmed(view, [guess for _, guess in scored[:_PROPOSALS]], aligner, tilt)
+        return self._confirmed(view, prior, [guess for _, guess in scored[:_PROPOSALS]], aligner, tilt)
 
-    def _confirmed(self, view: View, guesses: list[Guess], aligner: Aligner, tilt: TiltPrior) -> Alignment | None:
+    def _confirmed(
+        self, view: View, prior: Prior | None, guesses: list[Guess], aligner: Aligner, tilt: TiltPrior
+    ) -> Alignment | None:
         """The first of the guesses, the likeliest tried first, that turns out to be the marker."""
         hopeful: list[Alignment] = []
         for guess in guesses:
@@ -125,18 +134,20 @@ class AidedBackend:
             if first is None or first.code_likeness(self._noise) < _HOPELESS:
                 continue
             if first.code_likeness(self._noise) >= _HOPEFUL:
-                alignment = self._settled(view, first, aligner, tilt)
+                alignment = self._settled(view, prior, first, aligner, tilt)
                 if alignment is not None:
                     return alignment
             else:
                 hopeful.append(first)
         for first in sorted(hopeful, key=lambda each: -each.code_likeness(self._noise))[:_SECOND_THOUGHTS]:
-            alignment = self._settled(view, first, aligner, tilt)
+            alignment = self._settled(view, prior, first, aligner, tilt)
             if alignment is not None:
                 return alignment
         return None
 
-    def _settled(self, view: View, first: Alignment, aligner: Aligner, tilt: TiltPrior) -> Alignment | None:
+    def _settled(
+        self, view: View, prior: Prior | None, first: Alignment, aligner: Aligner, tilt: TiltPrior
+    ) -> Alignment | None:
         """The fit gone on with, if needed with the edge of a shadow; None if it does not show the marker."""
         even = aligner.fitted(view.picture, first.guess, tilt, _MORE_STEPS)
         if even is None:
@@ -145,7 +156,7 @@ class AidedBackend:
             shaded = aligner.fitted(view.picture, aligner.shaded(even), tilt, _MORE_STEPS)
             if shaded is not None and shaded.residual < _SHADOW_GAIN * even.residual:
                 even = shaded
-        return even if is_marker(even, self._noise, tilt, view.prior) else None
+        return even if is_marker(even, aligner, self._noise, tilt, prior) else None
 
     def _tracked(self, view: View, aligner: Aligner) -> Alignment | None:
         """The marker where it should be after the last frame."""
@@ -155,9 +166,9 @@ class AidedBackend:
             return None
         tilt = _tilt(view.prior)
         alignment = aligner.fitted(view.picture, guess, tilt, _TRACK_STEPS)
-        if alignment is not None and is_marker(alignment, self._noise, tilt, view.prior):
+        if alignment is not None and is_marker(alignment, aligner, self._noise, tilt, None):
             return alignment
-        return self._confirmed(view, [guess], aligner, tilt)
+        return self._confirmed(view, None, [guess], aligner, tilt)
 
     @staticmethod
     def _found(alignment: Alignment, marker: PlacedMarker) -> FoundMarker:
@@ -171,6 +182,12 @@ def _tilt(prior: Prior | None) -> TiltPrior:
         return TiltPrior(np.array((0.0, 0.0, -1.0)), _UNKNOWN_TILT_RAD)
     up_camera = -R_from_quaternion(prior.q_ned_camera)[2]
     return TiltPrior(up_camera, max(prior.attitude_sigma_rad, _LEAST_TILT_RAD))
+
+
+def _attitude_of(prior: Prior | None) -> Prior | None:
+    if prior is None or prior.q_ned_camera is None:
+        return None
+    return Prior(q_ned_camera=prior.q_ned_camera, attitude_sigma_rad=prior.attitude_sigma_rad)
 
 
 def _levels(prior: Prior | None, camera: PinholeCamera, side_m: float) -> list[tuple[float, float]]:

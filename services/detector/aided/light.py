@@ -97,6 +97,13 @@ def lit(white: Array, shades: Shades, u: Array, v: Array, half: float, edge: Sha
     return Lit(np.column_stack((ink * light, white * light, ground * light)), light, beyond, density)
 
 
+def light_at(u: Array, v: Array, half: float, edge: ShadowEdge, width: float) -> Array:
+    """How bright the light is at places (u, v), (N,); 1 before the edge."""
+    z = ((u - half) * math.cos(edge.angle_rad) + (v - half) * math.sin(edge.angle_rad) - edge.offset) / width
+    light: Array = 1.0 + (math.exp(edge.log_factor) - 1.0) * normal_distribution(z)
+    return light
+
+
 def likeliest_edge(shades: Shades, u: Array, v: Array, half: float, width: float, brightness: Array) -> ShadowEdge:
     """The edge that, of a coarse choice, explains the picture best."""
     angles = np.arange(_DIRECTIONS) * math.pi / _DIRECTIONS

@@ -4,28 +4,54 @@ import math
 
 import numpy as np
 
-from services.detector.aided.alignment import Alignment
+from services.detector.aided.alignment import Aligner, Alignment
 from services.detector.aided.marker_view import TiltPrior
 from services.detector.detector import Prior
 
-LEAST_LIKENESS = 0.93
-LEAST_CODE_LIKENESS = 0.935
-"""Measured on rendered frames with other seeds than the benches': pads from 12 m to 40 m, shadows' edges across many of them, have 0.945 and
-more; of some 3000 places in frames with other square patterns, the likeliest ones of each frame, one has 0.914 and the next 0.90."""
+LEAST_LIKENESS = 0.905
+"""Of the whole fit."""
+LEAST_CODE_LIKENESS = 0.945
+"""Of the code, with the picture's noise taken out. Measured on rendered frames with other seeds than the benches': pads from 12 m to 40 m, the edges of
+shadows across many of them, have 0.945 and more, most of them 0.97; of some 5000 places that look most like one in frames strewn with other
+square patterns, one has 0.93."""
+LEAST_NOISY_LIKENESS = 0.88
+"""Of the code, the noise not taken out."""
+LEAST_CODE_TO_NOISE = 2.8
+"""How much more the code must stand out than the noise does: chance fits a pattern to noise."""
+LARGEST_CELL_ERROR = 0.55
+"""How far the likeliest brightness of any cell may be from its colour, as a part of the contrast. Pads at 40 m reach 0.5: there the picture hardly tells."""
+
+_CELL_SIGMA = 0.35
 _LEAST_SIDE_PX = 5.5
 _TILT_SIGMAS = 3.5
+_LEAST_NOISE = 1.0
 
 
-def is_marker(alignment: Alignment, noise: float, tilt: TiltPrior, prior: Prior | None) -> bool:
+def is_marker(alignment: Alignment, aligner: Aligner, noise: float, tilt: TiltPrior, prior: Prior | None) -> bool:
     """Whether a fit is good enough, and lies as it can lie."""
     return (
-        alignment.code_likeness(noise) >= LEAST_CODE_LIKENESS
+        alignment.plausible
         and alignment.likeness >= LEAST_LIKENESS
-        and alignment.plausible
+        and alignment.code_likeness() >= LEAST_NOISY_LIKENESS
+        and alignment.code_likeness(noise) >= LEAST_CODE_LIKENESS
+        and alignment.unexplained_without_code >= LEAST_CODE_TO_NOISE * noise
         and alignment.side_px >= _LEAST_SIDE_PX
         and _fits_tilt(alignment, tilt)
         and _fits_height(alignment, prior)
+        and largest_cell_error(alignment, aligner, noise) <= LARGEST_CELL_ERROR
     )
+
+
+def largest_cell_error(alignment: Alignment, aligner: Aligner, noise: float) -> float:
+    """How far that cell is from its colour that is furthest, as a part of the contrast, for all that the picture can tell.
+
+    The most probable brightnesses of all cells at once, given the residual and that cells are about as printed.
+    """
+    shares = aligner.cell_shares(alignment) * aligner.contrast(alignment)[:, None]
+    A = shares.T @ shares
+    A.flat[:: len(A) + 1] += max(noise, _LEAST_NOISE) ** 2 / _CELL_SIGMA**2
+    error = np.linalg.solve(A, shares.T @ alignment.differences).reshape([aligner.pattern.count + 2] * 2)
+    return float(np.abs(error[1:-1, 1:-1]).max())
 
 
 def _fits_tilt(alignment: Alignment, tilt: TiltPrior) -> bool:

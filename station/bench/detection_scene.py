@@ -1,0 +1,206 @@
+"""Pictures of a pad with known corners, clutter, and other markers, for the benches of the detectors."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from alight.geometry.camera import PinholeCamera
+from alight.geometry.rotation import (
+    Matrix,
+    quaternion_from_euler,
+    quaternion_from_R,
+    quaternion_from_rotation_vector,
+    quaternion_multiply,
+)
+from alight.markers.layout import layout_from
+from alight.runtime.seed import generator
+from schemas.calibration import CameraCalibration
+from schemas.settings import Settings
+from schemas.truth import GroundTruth
+from services.camera.calibration_file import configured_calibration
+from services.camera.simulated_camera import SimulatedCamera
+from services.camera.viewpoint import R_ned_marker, Viewpoint
+from services.detector.detector import Prior
+from station.bench.clutter import strewn
+from station.bench.hover import PAD
+
+Array = NDArray[np.float64]
+Picture = NDArray[np.uint8]
+
+HEIGHT_SIGMA = 0.03
+ATTITUDE_SIGMA_RAD = math.radians(0.7)
+PLACE_SIGMA_M = 2.5
+"""What the priors of the benches are wrong by: height as a part of it, attitude about each axis, place to each side."""
+
+_CAMERAS = 16
+_EXPOSURE_S = 0.01
+_LARGEST_TILT_RAD = math.radians(15.0)
+_LARGEST_SMEAR_PX = 3.0
+_WIDEST_RAD = math.radians(45.0)
+_TRIES = 400
+_EDGE_PX = 2.0
+_CLEAR_PX = 12.0
+
+
+@dataclass(frozen=True)
+class Shot:
+    """A picture and what is true of it."""
+
+    picture: Picture
+    camera: PinholeCamera
+    corners_px: Array
+    """(4, 2), of the pad's largest marker."""
+    R_camera_marker: Matrix
+    centre_camera_m: Array
+    height_m: float
+    """Of the camera above the pad."""
+
+
+class Studio:
+    """Sixteen cameras, each with its own ground, blur (0.4 to 1.0 px), noise (2 to 6 grey levels) and, every other one, the edge of a shadow."""
+
+    def __init__(self, seed: int, *, number: int = 68, scale: float = 1.0) -> None:
+        """Set the cameras up.
+
+        Args:
+            seed: Of everything random.
+            number: Which marker the pad is.
+            scale: Of the picture: 2.25 makes 1440x1080 of 640x480.
+        """
+        self._random = generator(seed, "bench.detection")
+        self._calibration = _scaled(configured_calibration(Settings().camera), scale)
+        self.camera = PinholeCamera.from_calibration(self._calibration)
+        settings = [self._settings(seed, number, index) for index in range(_CAMERAS)]
+        self._cameras = [SimulatedCamera(each, self._calibration) for each in settings]
+        layout = layout_from(settings[0].pad)
+        self._corners_m, self._board_m = layout.markers[0].corners_m(), layout.board_m
+        self._noises = [each.camera.simulated.optics.noise_level for each in settings]
+
+    def _settings(self, seed: int, number: int, index: int) -> Settings:
+        draw = self._random
+        sunlight = {
+            "shadow_depth": draw.uniform(0.3, 0.6) if index % 2 else 0.0,
+            "shadow_azimuth_deg": draw.uniform(0.0, 360.0),
+            "shadow_offset_m": draw.normal(),
+        }
+        optics = {
+            "lens_blur_px": draw.uniform(0.4, 1.0),
+            "noise_level": draw.uniform(2.0, 6.0),
+            "exposure_s": _EXPOSURE_S,
+        }
+        simulated = {"optics": optics, "sunlight": sunlight}
+        return Settings.model_validate(
+            {"seed": seed * _CAMERAS + index, "pad": {"id": number}, "camera": {"simulated": simulated}}
+        )
+
+    def shots(self, height_m: float, count: int, *, clutter: bool = False) -> Iterator[Shot]:
+        """Pictures from one height: tilt 0 to 15 degrees, any heading, the whole board anywhere in the picture, motion smear to 3 px."""
+        for index in range(count):
+            truth, viewpoint = self._placed(height_m)
+            picture = self._cameras[index % _CAMERAS].capture(truth)
+            corners = self.camera.project(viewpoint.in_camera(self._corners_m))
+            if clutter:
+                middle = corners.mean(axis=0)
+                reach = float(np.abs(corners - middle).max()) * 1.5 + _CLEAR_PX
+                picture = strewn(picture, self._random, self._noises[index % _CAMERAS], (*middle.tolist(), reach))
+            centre_m = viewpoint.in_camera(np.zeros((1, 3)))[0]
+            R = viewpoint.R_marker_camera.T
+            yield Shot(picture, self.camera, corners, R, centre_m, viewpoint.position_marker_m[2])
+
+    def clutter(self, count: int) -> Iterator[Picture]:
+        """Pictures of the ground without any pad, strewn with plates, frames, stripes, discs and codes that are no markers."""
+        for index in range(count):
+            height_m = float(2.0 * 30.0 ** self._random.random())
+            aside_m = self._random.uniform(20.0, 40.0) * height_m
+            truth = self._truth(
+                (aside_m, self._random.uniform(0.0, 300.0), -height_m), self._attitude(), (0.0, 0.0, 0.0)
+            )
+            picture = self._cameras[index % _CAMERAS].capture(truth)
+            yield strewn(picture, self._random, self._noises[index % _CAMERAS], None)
+
+    def prior(self, shot: Shot, *, place: bool) -> Prior:
+        """What a system could know of a shot: attitude and height, and, if wanted, the place, all with errors."""
+        draw = self._random
+        q_true = quaternion_from_R(R_ned_marker(0.0) @ shot.R_camera_marker.T)
+        turned = quaternion_from_rotation_vector(draw.normal(0.0, ATTITUDE_SIGMA_RAD, 3).tolist())
+        height_m = shot.height_m * (1.0 + draw.normal(0.0, HEIGHT_SIGMA))
+        centre_px, sigma_px = None, 0.0
+        if place:
+            sigma_px = PLACE_SIGMA_M / float(shot.centre_camera_m[2]) * self.camera.fx_px
+            x, y = self.camera.project(shot.centre_camera_m[None])[0] + draw.normal(0.0, sigma_px, 2)
+            centre_px = (float(x), float(y))
+        return Prior(
+            height_m=height_m,
+            height_sigma_m=HEIGHT_SIGMA * shot.height_m,
+            q_ned_camera=quaternion_multiply(q_true, turned),
+            attitude_sigma_rad=ATTITUDE_SIGMA_RAD,
+            centre_px=centre_px,
+            centre_sigma_px=sigma_px,
+        )
+
+    def _placed(self, height_m: float) -> tuple[GroundTruth, Viewpoint]:
+        draw, half = self._random, self._board_m / 2.0
+        board_m = np.array([[-half, half, 0.0], [half, half, 0.0], [half, -half, 0.0], [-half, -half, 0.0]])
+        limits = np.array((self.camera.width_px, self.camera.height_px)) - 1.0 - _EDGE_PX
+        for _ in range(_TRIES):
+            aside_m, towards = height_m * math.tan(draw.uniform(0.0, _WIDEST_RAD)), draw.uniform(0.0, math.tau)
+            speed_mps = draw.uniform(0.0, _LARGEST_SMEAR_PX) * height_m / self.camera.fx_px / _EXPOSURE_S
+            course = draw.uniform(0.0, math.tau)
+            place = (aside_m * math.cos(towards), aside_m * math.sin(towards), -height_m)
+            velocity = (speed_mps * math.cos(course), speed_mps * math.sin(course), 0.0)
+            truth = self._truth(place, self._attitude(), velocity)
+            viewpoint = Viewpoint.from_truth(truth, np.eye(3))
+            seen = self.camera.project(viewpoint.in_camera(board_m))
+            if np.isfinite(seen).all() and (seen >= _EDGE_PX).all() and (seen <= limits).all():
+                return truth, viewpoint
+        raise ValueError(f"no pose at {height_m} m shows the whole pad")
+
+    def _attitude(self) -> tuple[float, float, float]:
+        draw = self._random
+        tilt_rad, towards = draw.uniform(0.0, _LARGEST_TILT_RAD), draw.uniform(0.0, math.tau)
+        return tilt_rad * math.cos(towards), tilt_rad * math.sin(towards), draw.uniform(-math.pi, math.pi)
+
+    @staticmethod
+    def _truth(
+        place_m: tuple[float, float, float], attitude: tuple[float, float, float], velocity: tuple[float, float, float]
+    ) -> GroundTruth:
+        return GroundTruth(
+            at_ns=1,
+            vehicle_position=PAD,
+            velocity_ned_mps=velocity,
+            q_ned_body=quaternion_from_euler(*attitude),
+            angular_velocity_body_rps=(0.0, 0.0, 0.0),
+            pad_position=PAD,
+            pad_azimuth_rad=0.0,
+            vehicle_from_pad_ned_m=place_m,
+            touching_ground=False,
+        )
+
+
+def _scaled(calibration: CameraCalibration, scale: float) -> CameraCalibration:
+    if scale == 1.0:
+        return calibration
+    return calibration.model_copy(
+        update={
+            "width_px": round(calibration.width_px * scale),
+            "height_px": round(calibration.height_px * scale),
+            "fx_px": calibration.fx_px * scale,
+            "fy_px": calibration.fy_px * scale,
+            "cx_px": (calibration.cx_px + 0.5) * scale - 0.5,
+            "cy_px": (calibration.cy_px + 0.5) * scale - 0.5,
+        }
+    )
+
+
+def rms(values: Array) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(np.square(values)))) if len(values) else math.nan
+
+
+def one_thread() -> None:
+    """Keep OpenCV to one thread. NumPy's matrices here are too small for more."""
+    cv2.setNumThreads(1)
