@@ -67,6 +67,7 @@ def parser() -> argparse.ArgumentParser:
     _add_report(commands)
     _add_replay(commands)
     _add_recording(commands)
+    _add_experiment(commands)
     _add_schema(commands)
     return root
 
@@ -164,6 +165,14 @@ def _add_replay(commands: "argparse._SubParsersAction[argparse.ArgumentParser]")
     command = commands.add_parser("replay", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
     replay_command.add_arguments(command)
     command.set_defaults(run=replay_command.run)
+
+
+def _add_experiment(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    from station.experiment import command as experiment  # noqa: PLC0415
+
+    meaning = "put a question to many flights: compare filters"
+    command = commands.add_parser("experiment", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
+    experiment.add_actions(command)
 
 
 def _add_schema(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:

@@ -9,6 +9,9 @@ from schemas.settings.section import Section
 Standard = Annotated[float, Field(ge=0.0, le=100.0)]
 """A standard deviation."""
 
+Method = Literal["none", "mean", "median", "kalman", "moving"]
+"""How fixes become an estimate."""
+
 Duration = Annotated[float, Field(gt=0.0, le=1e5)]
 """A correlation time, seconds."""
 
@@ -63,7 +66,7 @@ class Kalman(Section):
 class FilterMethod(Section):
     """How fixes become an estimate: a Kalman filter, or the paper's window (Section 3.1.3)."""
 
-    method: Literal["none", "mean", "median", "kalman", "moving"] = "kalman"
+    method: Method = "kalman"
     """`none` passes each fix on. `mean` and `median` average a window of fixes, each window beginning with the last one's result.
     `kalman` follows the pad's coordinates in the drifting navigation solution; `moving` does so for a pad that travels."""
     window_length: int = Field(default=5, ge=2, le=1000)

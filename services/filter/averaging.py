@@ -2,20 +2,20 @@
 
 import math
 from collections.abc import Sequence
-from typing import Literal
 
 import numpy as np
 
 from alight.geometry.circular import circular_mean, circular_median
 from alight.geometry.local import moved_by_ned, ned_between
+from schemas.settings.filter import Method
 from services.filter.entry import Entry
 
 MEDIAN_INEFFICIENCY = math.pi / 2
 """Variance of the median over that of the mean, for many normal errors."""
 
 
-def averaged(entries: Sequence[Entry], method: Literal["none", "mean", "median"]) -> Entry:
-    """One entry out of many; for `none` the newest.
+def averaged(entries: Sequence[Entry], method: Method) -> Entry:
+    """One entry out of many: for `none` the newest, for `median` the median, else the mean.
 
     Positions are averaged in the tangent plane of the newest one, axis by axis, height included; azimuths on the circle.
     The entries' errors are taken as independent: what they have in common is not in `Entry.covariance_ned_m2`.

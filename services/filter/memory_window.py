@@ -16,13 +16,6 @@ class MemoryWindow:
     """
 
     def __init__(self, settings: FilterMethod) -> None:
-        """Take length, rate and method.
-
-        Raises:
-            ValueError: If the method is none of a window.
-        """
-        if settings.method in {"kalman", "moving"}:
-            raise ValueError(f"{settings.method} is no way to average a window")
         self._method = settings.method
         self._length = 1 if settings.method == "none" else settings.window_length
         self._period_ns = nanoseconds(1.0 / settings.rate_hz) if settings.rate_hz > 0.0 else 0

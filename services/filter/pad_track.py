@@ -137,7 +137,7 @@ class PadTrack:
         S = PHt[_PLACE] + C @ PHt[_SHARED] + sighting.noise_m2
         S.reshape(9)[::4] += self._q_noise
         away = sighting.place_m - self._x[_PLACE] - C @ self._x[_SHARED]
-        inverse = np.linalg.inv(S)
+        inverse: Array = np.asarray(np.linalg.inv(S), float)
         turn = wrap_pi(sighting.azimuth_rad - self._azimuth_rad)
         turn_variance = self._azimuth_variance + sighting.azimuth_noise_rad2
         nis = float(away @ inverse @ away) + turn * turn / max(turn_variance, 1e-12)

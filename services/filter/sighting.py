@@ -69,7 +69,13 @@ def sighting_of(fix: PadFix, frame: NavigationFrame, settings: FilterMethod) -> 
 
 
 def _sighting(
-    fix: PadFix, seen: PadPosition, frame: NavigationFrame, noise: Array, shared: Array, azimuth_noise: float, heading: float
+    fix: PadFix,
+    seen: PadPosition,
+    frame: NavigationFrame,
+    noise: Array,
+    shared: Array,
+    azimuth_noise: float,
+    heading: float,
 ) -> Sighting:
     return Sighting(
         captured_at_ns=fix.captured_at_ns,

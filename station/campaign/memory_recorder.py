@@ -1,12 +1,10 @@
 """A recorder that keeps in memory what the metrics need, for flights of which no file shall remain."""
 
-from collections.abc import Iterable
 from typing import Any, ClassVar
 
 from alight.runtime.node import Arrival, Node, Outputs
 from schemas import topics
 from schemas.settings import Settings
-from schemas.topics import Topic
 from station.flight_record import FlightRecord, Logged, Provenance
 
 MEASURED = (
@@ -28,11 +26,11 @@ class MemoryRecorder(Node):
 
     service: ClassVar[str] = "recorder"
 
-    def __init__(self, settings: Settings, kept: Iterable[Topic[Any]] = MEASURED) -> None:
+    def __init__(self, settings: Settings) -> None:
         super().__init__()
         self._settings = settings
         self._entries: list[tuple[str, Logged[Any]]] = []
-        for topic in kept:
+        for topic in MEASURED:
             self.subscribe(topic, self._on_any)
 
     def record(self) -> FlightRecord:

@@ -24,7 +24,7 @@ from alight.geometry.rotation import quaternion_from_euler, quaternion_multiply
 from schemas import topics
 from schemas.fix import FixVerdict, PadFix
 from schemas.message import Hop
-from schemas.settings.geolocator import PAPER_MEAN_CORRECTION, Mount
+from schemas.settings.geolocator import PAPER_MEAN_CORRECTION, FixUncertainty, Mount, PoseLookup
 from schemas.vehicle import GimbalState
 
 angles = st.floats(-math.pi, math.pi)
@@ -71,6 +71,26 @@ def test_moving_vehicle_is_placed_where_it_was_at_capture():
     fly(node, scene, -30, 20, 40, 60, 80, 100)
     fix = show(node, scene.marker())
     np.testing.assert_allclose(ned_between(HOME, fix.raw.position), 0.0, atol=1e-4)
+
+
+def test_latest_pose_instead_of_that_at_capture_misplaces_the_pad_by_what_was_flown_since():
+    scene = Scene(velocity_ned_mps=(5.0, -3.0, 1.0))
+    node = geolocator(lookup=PoseLookup(pose="latest"))
+    fly(node, scene, -30, 20, 40, 60, 80, 100)
+    fix = show(node, scene.marker())
+    np.testing.assert_allclose(ned_between(HOME, fix.raw.position), (0.5, -0.3, 0.1), atol=1e-4)
+    assert fix.pose_offset_s == 0.0
+
+
+def test_what_fixes_share_and_what_is_new_in_each_make_up_the_covariance():
+    scene = Scene(vehicle_ned_m=(3.0, -2.0, -9.0), velocity_ned_mps=(2.0, 1.0, 0.5), rates_body_rps=(0.1, -0.2, 0.3))
+    node = geolocator(uncertainty=FixUncertainty(position_m=0.03))
+    fly(node, scene, -20, 10)
+    fix = show(node, scene.marker())
+    vectors = np.array([vector for name, vector in fix.shared if name.endswith("_ned_m")])
+    whole = np.reshape(fix.noise_covariance_ned_m2, (3, 3)) + vectors.T @ vectors + 0.03**2 * np.eye(3)
+    np.testing.assert_allclose(whole, np.reshape(fix.covariance_ned_m2, (3, 3)), rtol=1e-9)
+    assert fix.azimuth_noise_rad2 + fix.shared.heading_rad**2 == pytest.approx(fix.azimuth_variance_rad2)
 
 
 def test_capture_newer_than_the_newest_pose_is_extrapolated_and_less_certain():
