@@ -73,11 +73,17 @@ def _walk(path: str, recorded: Any, replayed: Any, tolerances: Tolerances) -> It
         for name in type(recorded).model_fields:
             below = f"{path}.{name}" if path else name
             yield from _walk(below, getattr(recorded, name), getattr(replayed, name), tolerances)
-    elif isinstance(recorded, tuple) and isinstance(replayed, tuple) and len(recorded) == len(replayed):
+    elif recorded == replayed:
+        return
+    elif _are_rows(recorded, replayed) and tolerances.of(path) != NOT_COMPARED:
         for number, (one, other) in enumerate(zip(recorded, replayed, strict=True)):
             yield from _walk(f"{path}[{number}]", one, other, tolerances)
-    elif recorded != replayed:
+    else:
         yield FieldDifference(path, recorded, replayed, tolerances.of(path))
+
+
+def _are_rows(recorded: Any, replayed: Any) -> bool:
+    return isinstance(recorded, tuple) and isinstance(replayed, tuple) and len(recorded) == len(replayed)
 
 
 def _place(value: float) -> int:
