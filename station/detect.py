@@ -12,14 +12,19 @@ from typing import Any
 
 from alight.geometry.camera import PinholeCamera
 from alight.markers.family import FamilyError, dictionary, dictionary_from_file
+from alight.markers.layout import LayoutError
+from schemas.settings import Settings
 from schemas.settings.detector import Aruco
 from services.camera.calibration_file import CalibrationError, read_calibration
 from services.camera.files import FilesError, listed_files, pictures_in
 from services.camera.picture_source import SourcedPicture
+from services.detector.aided.backend import AidedBackend
 from services.detector.aruco import ArucoBackend
-from services.detector.detector import FoundMarker, GreyPicture, View
+from services.detector.detector import Detector, FoundMarker, GreyPicture, Prior, View
 from services.detector.node import grey
+from services.detector.registry import UnknownDetectorError, detector_from
 from services.detector.square_pose import located
+from station.detect_context import ContextError, PriorFor, read_context
 from station.detect_drawing import draw_markers
 from station.detect_table import table_lines
 
@@ -64,6 +69,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="calibration (TOML or OpenCV YAML); without one there are corners, but no poses",
     )
+    parser.add_argument(
+        "--detector",
+        default=None,
+        metavar="NAME",
+        help="which detector looks (default: aided for a known pad, given by --id or --pad; else aruco)",
+    )
+    parser.add_argument("--pad", metavar="LAYOUT", help="look for this pad: a shipped layout's name, or a TOML file")
+    parser.add_argument(
+        "--context",
+        type=Path,
+        metavar="FILE",
+        help="what is known of each picture, as JSON lines: name and any of height_m, q_ned_camera, centre_px, ...",
+    )
     parser.add_argument("--mirrored", action="store_true", help="the pictures are mirror images: flip them")
     parser.add_argument("--draw", type=Path, metavar="DIR", help="write pictures with the markers drawn in")
     parser.add_argument("--json", action="store_true", help="one line of JSON a picture instead of a table")
@@ -74,15 +92,16 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         detector = _detector(arguments)
         camera_for = _camera_for(arguments.camera)
+        prior_for = read_context(arguments.context)
         files = listed_files(arguments.files)
         if arguments.draw is not None:
             arguments.draw.mkdir(parents=True, exist_ok=True)
-    except (FamilyError, CalibrationError, FilesError) as error:
+    except (FamilyError, LayoutError, UnknownDetectorError, ContextError, CalibrationError, FilesError) as error:
         return _refuse(str(error))
     except OSError as error:
         return _refuse(f"--draw {arguments.draw}: {error.strerror}")
     complaints: list[str] = []
-    looked = _look(files, arguments, detector, camera_for, complaints)
+    looked = _look(files, arguments, detector, camera_for, prior_for, complaints)
     if arguments.json:
         for each in looked:
             print(json.dumps(_as_json(each)), flush=True)
@@ -99,8 +118,9 @@ def run(arguments: argparse.Namespace) -> int:
 def _look(
     files: list[Path],
     arguments: argparse.Namespace,
-    detector: ArucoBackend,
+    detector: Detector,
     camera_for: CameraFor,
+    prior_for: PriorFor,
     complaints: list[str],
 ) -> Iterator[Looked]:
     for file in files:
@@ -114,7 +134,7 @@ def _look(
             except CalibrationError as error:
                 complaints.append(f"{file}: {error}")
                 camera = None
-            looked = _look_at(picture, file, detector, camera, arguments)
+            looked = _look_at(picture, file, detector, camera, prior_for(file, picture.frame), arguments)
             if arguments.draw is not None:
                 draw_markers(picture.pixels, looked.markers, arguments.draw / _drawn_name(looked))
             yield looked
@@ -123,14 +143,17 @@ def _look(
 def _look_at(
     picture: SourcedPicture,
     file: Path,
-    detector: ArucoBackend,
+    detector: Detector,
     camera: PinholeCamera | None,
+    prior: Prior | None,
     arguments: argparse.Namespace,
 ) -> Looked:
     began_s = time.perf_counter()
     seen: GreyPicture = grey(picture.pixels)
     markers = tuple(
-        marker for marker in detector.detect(View(seen, 0, camera)) if arguments.id is None or marker.id == arguments.id
+        marker
+        for marker in detector.detect(View(seen, 0, camera, prior))
+        if arguments.id is None or marker.id == arguments.id
     )
     poses = tuple(located(marker, arguments.size_m, camera) if camera else None for marker in markers)
     took_ms = (time.perf_counter() - began_s) * 1e3
@@ -138,10 +161,20 @@ def _look_at(
     return Looked(file, picture.frame, size_px, markers, poses, took_ms)
 
 
-def _detector(arguments: argparse.Namespace) -> ArucoBackend:
+def _detector(arguments: argparse.Namespace) -> Detector:
+    name = arguments.detector or ArucoBackend.name
     if arguments.dictionary is not None:
+        if name != ArucoBackend.name:
+            raise UnknownDetectorError(f"--dictionary is for --detector {ArucoBackend.name} only")
         return ArucoBackend(dictionary_from_file(arguments.dictionary), arguments.dictionary.stem, Aruco())
-    return ArucoBackend(dictionary(arguments.family), arguments.family.lower(), Aruco())
+    if arguments.pad is None and arguments.id is None:
+        if name != ArucoBackend.name:
+            raise UnknownDetectorError(f"--detector {name} looks for a known pad: give --id or --pad")
+        return ArucoBackend(dictionary(arguments.family), arguments.family.lower(), Aruco())
+    single = {"family": arguments.family.lower(), "id": arguments.id or 0, "side_m": arguments.size_m}
+    pad = {"layout": arguments.pad} if arguments.pad is not None else single
+    backend = arguments.detector or AidedBackend.name
+    return detector_from(Settings.model_validate({"pad": pad, "detector": {"backend": backend}}))
 
 
 def _camera_for(path: Path | None) -> CameraFor:

@@ -19,6 +19,8 @@ from services.detector.detector import FoundMarker, View, WantedMarker
 
 LEAST_READABLE_PX = 9.0
 """A marker of fewer pixels a side is not looked for when a larger one, found, says how large it is."""
+ENOUGH_PX = 30.0
+"""Where a level shows a marker of so many pixels a side, the pad is located well, and the other levels need not be searched."""
 
 
 class NestedAruco:
@@ -29,24 +31,30 @@ class NestedAruco:
     def __init__(self, layout: PadLayout, settings: Aruco) -> None:
         """Set one backend up for each level of the pad."""
         self._layout = layout
-        self._levels = [
+        self._searches = [
             _LevelSearch(family, tuple(marker for marker in level if marker.family == family), settings)
             for level in layout.levels()
             for family in dict.fromkeys(marker.family for marker in level)
         ]
+        self._last = self._searches[0]
 
     def detect(self, view: View) -> tuple[FoundMarker, ...]:
-        """The pad's markers in one frame; other markers are not looked for."""
+        """The pad's markers in one frame, beginning with the level that was enough in the last one; others are not looked for."""
         found: list[FoundMarker] = []
-        for search in self._levels:
-            if self._readable_px(search.largest_m, found) >= LEAST_READABLE_PX:
-                found.extend(search.detect(view))
+        for search in (self._last, *(each for each in self._searches if each is not self._last)):
+            if self._readable_px(search.largest_m, found) < LEAST_READABLE_PX:
+                continue
+            more = search.detect(view)
+            found.extend(more)
+            if more and max(_side_px(marker) for marker in more) >= ENOUGH_PX:
+                self._last = search
+                break
         return tuple(found)
 
     def counters(self) -> Mapping[str, int]:
         """Those of all levels together."""
         total: dict[str, int] = {}
-        for search in self._levels:
+        for search in self._searches:
             for name, count in search.counters().items():
                 total[name] = total.get(name, 0) + count
         return total
@@ -56,8 +64,12 @@ class NestedAruco:
         for marker in found:
             placed = self._layout.find(marker.family, marker.id)
             if placed is not None:
-                return side_m / placed.side_m * mean_side_px([(x, y) for x, y in marker.corners_px.tolist()])
+                return side_m / placed.side_m * _side_px(marker)
         return np.inf
+
+
+def _side_px(marker: FoundMarker) -> float:
+    return mean_side_px([(x, y) for x, y in marker.corners_px.tolist()])
 
 
 class _LevelSearch:

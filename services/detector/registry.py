@@ -1,6 +1,7 @@
 """The detectors there are, by name."""
 
 from collections.abc import Callable, Mapping
+from importlib.metadata import entry_points
 
 from alight.markers.family import dictionary
 from alight.markers.layout import layout_from
@@ -29,21 +30,39 @@ def _aided(settings: Settings) -> Detector:
     return AidedBackend(layout_from(settings.pad), _aruco(settings.model_copy(update={"detector": whole_frame})))
 
 
-BACKENDS: Mapping[str, Callable[[Settings], Detector]] = {ArucoBackend.name: _aruco, AidedBackend.name: _aided}
-"""Name in `detector.backend` to what builds it."""
+Builder = Callable[[Settings], Detector]
+
+BACKENDS: Mapping[str, Builder] = {ArucoBackend.name: _aruco, AidedBackend.name: _aided}
+"""Our own: name in `detector.backend` to what builds it."""
+
+ENTRY_POINTS = "alight.detectors"
+"""The group of entry points in which an installed package names detectors: `name = "package.module:build"`."""
+
+
+def detector_names() -> tuple[str, ...]:
+    """All that may stand in `detector.backend`: our own and those of installed packages, sorted."""
+    return tuple(sorted({*BACKENDS, *entry_points(group=ENTRY_POINTS).names}))
 
 
 def detector_from(settings: Settings) -> Detector:
-    """The detector that the settings name, looking for their pad.
+    """The detector that the settings name, looking for their pad. No package can take a name of ours.
 
     Raises:
-        UnknownDetectorError: If there is none of that name.
+        UnknownDetectorError: If there is none of that name, or its package cannot be loaded.
         FamilyError: If there is no such marker family.
     """
-    build = BACKENDS.get(settings.detector.backend)
-    if build is None:
-        there_are = ", ".join(sorted(BACKENDS))
-        raise UnknownDetectorError(
-            f"detector.backend: no detector {settings.detector.backend!r}: there are: {there_are}"
-        )
+    name = settings.detector.backend
+    build = BACKENDS[name] if name in BACKENDS else _installed(name)
     return build(settings)
+
+
+def _installed(name: str) -> Builder:
+    found = entry_points(group=ENTRY_POINTS, name=name)
+    if not found:
+        raise UnknownDetectorError(f"detector.backend: no detector {name!r}: there are: {', '.join(detector_names())}")
+    entry = next(iter(found))
+    try:
+        build: Builder = entry.load()
+    except Exception as error:  # a stranger's package may fail in any way
+        raise UnknownDetectorError(f"detector.backend: {name!r} ({entry.value}) cannot be loaded: {error}") from None
+    return build
