@@ -11,6 +11,7 @@ from services.detector.detector import FoundMarker, GreyPicture, Tally, View, Wa
 from services.detector.edge_corners import refined_corners
 from services.detector.pattern_check import PatternCheck, is_dense
 from services.detector.search_window import SearchWindow, Window
+from services.detector.thinning import thinned
 
 CONTOUR_INSET_PX = 0.5
 """A contour runs through the centres of the outermost dark pixels, so it lies this much inside the edge."""
@@ -30,7 +31,12 @@ class ArucoBackend:
     name = "aruco"
 
     def __init__(
-        self, dictionary: cv2.aruco.Dictionary, family: str, settings: Aruco, wanted: WantedMarker | None = None
+        self,
+        dictionary: cv2.aruco.Dictionary,
+        family: str,
+        settings: Aruco,
+        wanted: WantedMarker | None = None,
+        most: int | None = None,
     ) -> None:
         """Set OpenCV's detector up.
 
@@ -39,6 +45,7 @@ class ArucoBackend:
             family: Its name, for the messages.
             settings: Parameters of the search.
             wanted: The pad, whose place in the last frame is searched first; None searches whole frames.
+            most: How many markers of a frame to sharpen and give, should there be more; None for all.
         """
         parameters = _parameters(settings)
         parameters.adaptiveThreshWinSizeMin = settings.threshold_window_min_px
@@ -51,6 +58,7 @@ class ArucoBackend:
         self._cells = dictionary.markerSize + 2
         self._pattern_check = PatternCheck(dictionary) if is_dense(dictionary) else None
         self._wanted = wanted if settings.track else None
+        self._most = most
         self._window = SearchWindow()
         self._tally = Tally(
             {"found_in_window": 0, "missed_in_window": 0, "whole_frame_searches": 0, "look_alikes_refused": 0}
@@ -108,10 +116,10 @@ class ArucoBackend:
     def _markers(
         self, view: View, found: list[tuple[int, NDArray[np.float64]]], shrink: int
     ) -> tuple[FoundMarker, ...]:
+        sound = [(number, corners) for number, corners in found if _is_sound(corners)]
         markers = (
             self._refined(view, number, _outset(corners, CONTOUR_INSET_PX * shrink), shrink)
-            for number, corners in found
-            if _is_sound(corners)
+            for number, corners in (sound if self._most is None else thinned(sound, self._most))
         )
         return tuple(marker for marker in markers if self._is_there(view, marker))
 

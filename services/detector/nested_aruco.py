@@ -22,6 +22,9 @@ LEAST_READABLE_PX = 9.0
 ENOUGH_PX = 30.0
 """Where a level shows a marker of so many pixels a side, the pad is located well, and the other levels need not be searched."""
 
+MOST_OF_A_LEVEL = 6
+"""More markers than that cost a frame more time than they add to the pose."""
+
 
 class NestedAruco:
     """One backend for each family on each level, the undermost first."""
@@ -82,7 +85,8 @@ class _LevelSearch:
             np.ascontiguousarray(codes.bytesList[self._numbers]), codes.markerSize, codes.maxCorrectionBits
         )
         self.largest_m = max(marker.side_m for marker in markers)
-        self._backend = ArucoBackend(few, family, settings, WantedMarker(family, 0) if len(markers) == 1 else None)
+        single = WantedMarker(family, 0) if len(markers) == 1 else None
+        self._backend = ArucoBackend(few, family, settings, single, MOST_OF_A_LEVEL)
 
     def detect(self, view: View) -> list[FoundMarker]:
         return [replace(marker, id=self._numbers[marker.id]) for marker in self._backend.detect(view)]

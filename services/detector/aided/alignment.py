@@ -36,6 +36,9 @@ _SLOPE_SIGMA = 20.0
 _EDGE_ANGLE_SIGMA, _EDGE_OFFSET_SIGMA, _EDGE_LOG_SIGMA = 0.3, 1.0, 0.5
 _LARGEST_EDGE_STEP = np.array((0.2, 0.6, 0.3))
 _BLURS = slice(6, 9)
+_MODEL_SIGMA_PX = 0.036
+"""What the model misses (the shape of motion blur, grain beside the board), as an error of a corner's coordinate in pixels of the compared picture. With it
+the errors of 191 rendered pads from 4 m to 36 m have the variance that is told, on average over the heights (0.8 to 1.4 of it)."""
 
 
 @dataclass(frozen=True)
@@ -362,7 +365,7 @@ class Aligner:
         return Alignment(
             guess=fit.guess,
             corners_px=corners,
-            corner_covariance_px2=slopes @ fit.covariance @ slopes.T,
+            corner_covariance_px2=_with_model_error(slopes @ fit.covariance @ slopes.T, patch.shrink),
             likeness=math.sqrt(max(1.0 - float(remaining @ remaining) / total, 0.0)),
             unexplained_without_code=math.sqrt(
                 fit.model.light.unexplained_without_code(fit.model.brightness) / len(fit.model.residual)
@@ -384,6 +387,13 @@ class Aligner:
             rows.append([a * d, 0.0, -a * d * x / z, -a * x / z * my, a * (mz + x / z * mx), -a * my])
             rows.append([0.0, b * d, -b * d * y / z, -b * (mz + y / z * my), b * y / z * mx, b * mx])
         return np.array(rows)
+
+
+def _with_model_error(covariance: Array, shrink: int) -> Array:
+    """The covariance of the corners made larger by what the model misses; it stays that of a square that moves."""
+    variance = max(float(np.trace(covariance)) / 8.0, 1e-12)
+    enlarged: Array = covariance * (1.0 + (_MODEL_SIGMA_PX * shrink) ** 2 / variance)
+    return enlarged
 
 
 def _is_plausible(fit: _Step) -> bool:

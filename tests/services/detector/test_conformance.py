@@ -1,0 +1,40 @@
+"""Every detector there is, our own and those of installed packages, under the one suite."""
+
+import pytest
+
+from schemas.settings import Settings
+from services.detector.conformance import CHECKS, ConformanceError
+from services.detector.registry import detector_from, detector_names
+
+
+@pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__.removeprefix("check_"))
+@pytest.mark.parametrize("name", detector_names())
+def test_the_detector_conforms(name, check) -> None:
+    def build(settings: Settings):
+        chosen = settings.detector.model_copy(update={"backend": name})
+        return detector_from(settings.model_copy(update={"detector": chosen}))
+
+    check(build)
+
+
+class _HalfAPixelOff:
+    name = "half_a_pixel_off"
+
+    def __init__(self, settings: Settings) -> None:
+        chosen = settings.detector.model_copy(update={"backend": "aruco"})
+        self._inner = detector_from(settings.model_copy(update={"detector": chosen}))
+
+    def detect(self, view):
+        return tuple(
+            type(marker)(marker.family, marker.id, marker.corners_px + 0.5, marker.corner_sigma_px)
+            for marker in self._inner.detect(view)
+        )
+
+    def counters(self):
+        return {}
+
+
+def test_half_a_pixel_is_noticed() -> None:
+    (check,) = [each for each in CHECKS if "centre_is_the_origin" in each.__name__]
+    with pytest.raises(ConformanceError, match=r"shifted by \+0\.[45]"):
+        check(_HalfAPixelOff)
