@@ -11,7 +11,14 @@ from schemas.wire import Refusal, RefusedError
 class Admission:
     """Judges the stamps of arriving messages, topic by topic (for `per_service` topics sender by sender)."""
 
-    def __init__(self, max_clock_skew_s: float) -> None:
+    def __init__(self, max_clock_skew_s: float, *, any_age: bool = False) -> None:
+        """Begin with nothing seen.
+
+        Args:
+            max_clock_skew_s: How far in the future a stamp may lie, seconds.
+            any_age: Let in what is older than its topic allows.
+        """
+        self._any_age = any_age
         self._max_skew_ns = nanoseconds(max_clock_skew_s)
         self._newest_ns: dict[str, int] = {}
 
@@ -28,7 +35,7 @@ class Admission:
             raise RefusedError(
                 Refusal.FROM_THE_FUTURE, f"speaks of {seconds(-age_ns):.3f} s from now: check the clocks"
             )
-        if topic.max_age_s is not None and age_ns > nanoseconds(topic.max_age_s):
+        if not self._any_age and topic.max_age_s is not None and age_ns > nanoseconds(topic.max_age_s):
             raise RefusedError(Refusal.TOO_OLD, f"speaks of {seconds(age_ns):.3f} s ago, limit {topic.max_age_s} s")
         if topic.delivery is not Delivery.EVENT:
             self._check_order(topic, message)

@@ -39,7 +39,7 @@ class NodeHost:
         self.node = node
         self.health = HealthMonitor(node, clock.now_ns(), pid)
         self.journal = JournalKeeper(node, clock.now_ns())
-        self._admission = Admission(bus.max_clock_skew_s)
+        self._admission = Admission(bus.max_clock_skew_s, any_age=node.takes_any_age)
         self._clock = clock
         self._strict = strict
         self._may_publish = frozenset(topic.name for topic in topics.published_by(node.service))

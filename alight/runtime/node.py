@@ -74,6 +74,8 @@ class Node:
     frames_waiting: ClassVar[int] = 1
     """How many frames may wait for a busy node, live; a newer one then takes the place of the last. Who steers wants the newest
     only, who records wants them all."""
+    takes_any_age: ClassVar[bool] = False
+    """Whether messages that are older than their topic allows are let in: they may not steer, but they are recorded."""
     ports: tuple[str, ...] = ()
     """Names of the byte ports the node talks through, such as `vehicle`."""
 

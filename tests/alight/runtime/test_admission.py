@@ -55,6 +55,12 @@ def test_an_old_request_is_refused_however_often_it_comes() -> None:
     assert refusal(admission, topics.REQUEST, old) is Refusal.TOO_OLD
 
 
+def test_who_takes_any_age_is_given_the_old_but_still_nothing_from_the_future() -> None:
+    admission = Admission(max_clock_skew_s=0.2, any_age=True)
+    assert refusal(admission, topics.REQUEST, request(NOW_NS - nanoseconds(600.0))) is None
+    assert refusal(admission, topics.REQUEST, request(NOW_NS + nanoseconds(0.3))) is Refusal.FROM_THE_FUTURE
+
+
 def test_events_need_no_order() -> None:
     admission = Admission(max_clock_skew_s=0.2)
     assert refusal(admission, topics.REQUEST, request(NOW_NS)) is None
