@@ -2,6 +2,7 @@
 
 import sys
 
+from station.bench.calibration import bench_calibration
 from station.bench.campaign import bench_campaign
 from station.bench.detection_corners import bench_detection_corners
 from station.bench.detection_range import bench_detection_range
@@ -21,6 +22,7 @@ BENCHES = {
     "lockstep": bench_lockstep,
     "campaign": bench_campaign,
     "nested": bench_nested,
+    "calibration": bench_calibration,
     "replay": bench_replay,
     "recording": bench_recording,
     "detection-range": bench_detection_range,

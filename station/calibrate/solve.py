@@ -128,13 +128,13 @@ def _cross_validated(views: Sequence[View], size_px: SizePx, whole: _Fit) -> tup
             return float("inf"), np.full(len(NAMES), np.inf)
         cameras.append(fit.values)
         for view in views[fold::folds]:
-            errors = _reprojection_errors(view, fit.values)
+            errors = board_errors(view, fit.values)
             squares, count = squares + float((errors**2).sum()), count + len(errors)
     scatter = np.array(cameras) - whole.values
     return float(np.sqrt(squares / count)), np.sqrt((folds - 1) / folds * (scatter**2).sum(axis=0))
 
 
-def _reprojection_errors(view: View, values: Array) -> Array:
+def board_errors(view: View, values: Array) -> Array:
     """Distances between seen and reprojected corners, (N,), pixels, with the board where it fits best."""
     matrix, distortion = _matrix(values), values[4:]
     points, pixels = view.corners.points_m, view.corners.pixels

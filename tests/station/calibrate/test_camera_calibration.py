@@ -1,6 +1,7 @@
 """Calibrating: cameras that are known, boards that are projected through them, and real pictures with their authors' results."""
 
 import math
+import os
 from pathlib import Path
 
 import cv2
@@ -26,7 +27,7 @@ from station.calibrate.solve import NAMES, solve
 from station.calibrate.spiral import BOARD, spiral_pictures
 from station.calibrate.views import View, choose_views, find_views
 
-REAL = Path("/work/shared/real")
+REAL = Path(os.environ.get("ALIGHT_REAL_DATA", Path(__file__).resolve().parents[3].parent / "shared" / "real"))
 CAMERA = PinholeCamera.from_calibration(configured_calibration(Settings().camera))
 TRUE = np.array([CAMERA.fx_px, CAMERA.fy_px, CAMERA.cx_px, CAMERA.cy_px, *CAMERA.distortion])
 SIZE = (640, 480)
@@ -213,7 +214,7 @@ def test_the_command_refuses_a_bad_set_and_says_why(tmp_path, capsys):
     assert (out / "coverage.png").exists()
 
 
-@pytest.mark.skipif(not REAL.exists(), reason="no real pictures here")
+@pytest.mark.skipif(not REAL.is_dir(), reason="no real pictures here (ALIGHT_REAL_DATA)")
 @pytest.mark.parametrize(
     ("folder", "pattern", "board"),
     [
@@ -233,7 +234,7 @@ def test_the_authors_of_real_sets_found_the_same_camera(folder, pattern, board):
     assert max(off.values()) < 3.0, off
 
 
-@pytest.mark.skipif(not REAL.exists(), reason="no real pictures here")
+@pytest.mark.skipif(not REAL.is_dir(), reason="no real pictures here (ALIGHT_REAL_DATA)")
 def test_a_real_set_that_leaves_half_of_the_picture_out_is_refused(tmp_path, capsys):
     folder = REAL / "bottomcam_chessboard_20181028"
     assert (
