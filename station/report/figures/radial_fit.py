@@ -1,36 +1,18 @@
 """Radial error over distance, with the fitted line (the paper's Figure 12)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from station.biases.line_fit import fitted_line
 from station.report.figures.published import RADIAL_OFFSET_M, RADIAL_R2, RADIAL_SLOPE
-from station.report.figures.static_records import Array, StaticRecord
+from station.report.figures.static_records import StaticRecord
 from station.report.figures.vector_file import COLUMN_IN, VectorFiles, print_figure, write_vector
 from station.report.palette import LIGHT
 from station.report.svg import dots
 
 _LEFT_OUT = 5
-
-
-@dataclass(frozen=True)
-class Line:
-    """`offset + slope * distance`, and how much of the variance it explains."""
-
-    slope: float
-    offset_m: float
-    r2: float
-    """Variance score (Eq. 23)."""
-
-
-def fitted_line(distance_m: Array, error_m: Array) -> Line:
-    """Least squares through points (N,)."""
-    slope, offset_m = np.polyfit(distance_m, error_m, 1)
-    rest = error_m - (offset_m + slope * distance_m)
-    variance = float(error_m.var())
-    return Line(float(slope), float(offset_m), 1.0 - float(rest.var()) / variance if variance else 0.0)
 
 
 def radial_fit(records: Sequence[StaticRecord], directory: Path) -> VectorFiles:
@@ -55,7 +37,7 @@ def radial_fit(records: Sequence[StaticRecord], directory: Path) -> VectorFiles:
             distance_m, 100 * centroid_m, "+", color=LIGHT.bad, markersize=7, markeredgewidth=1.4, label="centroid"
         )
         for slope, offset_m, r2, colour, style, name in (
-            (line.slope, line.offset_m, line.r2, LIGHT.estimate, "-", "ours"),
+            (line.slope, line.offset, line.r2, LIGHT.estimate, "-", "ours"),
             (RADIAL_SLOPE, RADIAL_OFFSET_M, RADIAL_R2, LIGHT.setpoint, "--", "paper"),
         ):
             label = f"{name}: {100 * slope:.2f} % of r + {100 * offset_m:.1f} cm, r² {r2:.2f}"

@@ -1,0 +1,1 @@
+"""Systematic errors of the camera's installation, fitted to recorded hovers."""
