@@ -17,7 +17,7 @@ from services.detector.aided.pattern import pattern_of
 from services.detector.aided.pixel_rays import PixelRays
 from services.detector.aided.search import BANK_SIDE_PX, PatternSearch
 from services.detector.aided.tracking import Track, shifted_to_match
-from services.detector.aided.verification import is_marker
+from services.detector.aided.verification import is_marker, is_still_marker
 from services.detector.detector import Detector, FoundMarker, Prior, Tally, View
 
 Array = NDArray[np.float64]
@@ -28,7 +28,8 @@ _LARGEST_ENLARGING = 1.3
 _PROPOSALS = 8
 _FIRST_STEPS, _MORE_STEPS = 4, 10
 _TRACK_STEPS = 6
-_HOPELESS, _HOPEFUL = 0.6, 0.85
+_LEAST_SCORE = 0.45
+_HOPELESS, _HOPEFUL = 0.72, 0.85
 _SECOND_THOUGHTS = 2
 _SHADOW_ABOVE = 0.72
 _SHADOW_BELOW = 0.975
@@ -120,7 +121,11 @@ class AidedBackend:
             level = level_view(view.picture, aligner.camera, tilt.normal_camera, scale, region)
             if level is not None:
                 proposals = self._search.proposals(level.picture, _PROPOSALS)
-                scored += [(each.score, Guess(level.marker_view(each, self._main.side_m))) for each in proposals]
+                scored += [
+                    (each.score, Guess(level.marker_view(each, self._main.side_m)))
+                    for each in proposals
+                    if each.score >= _LEAST_SCORE
+                ]
         scored.sort(key=lambda each: -each[0])
         return self._confirmed(view, prior, [guess for _, guess in scored[:_PROPOSALS]], aligner, tilt)
 
@@ -166,7 +171,7 @@ class AidedBackend:
             return None
         tilt = _tilt(view.prior)
         alignment = aligner.fitted(view.picture, guess, tilt, _TRACK_STEPS)
-        if alignment is not None and is_marker(alignment, aligner, self._noise, tilt, None):
+        if alignment is not None and is_still_marker(alignment, self._noise, tilt):
             return alignment
         return self._confirmed(view, None, [guess], aligner, tilt)
 

@@ -28,7 +28,16 @@ _LEAST_NOISE = 1.0
 
 
 def is_marker(alignment: Alignment, aligner: Aligner, noise: float, tilt: TiltPrior, prior: Prior | None) -> bool:
-    """Whether a fit is good enough, and lies as it can lie."""
+    """Whether a fit that may have begun anywhere shows the marker, lying as it can lie."""
+    return (
+        is_still_marker(alignment, noise, tilt)
+        and _fits_height(alignment, prior)
+        and largest_cell_error(alignment, aligner, noise) <= LARGEST_CELL_ERROR
+    )
+
+
+def is_still_marker(alignment: Alignment, noise: float, tilt: TiltPrior) -> bool:
+    """Whether a fit that began where the marker was a moment ago shows it."""
     return (
         alignment.plausible
         and alignment.likeness >= LEAST_LIKENESS
@@ -37,8 +46,6 @@ def is_marker(alignment: Alignment, aligner: Aligner, noise: float, tilt: TiltPr
         and alignment.unexplained_without_code >= LEAST_CODE_TO_NOISE * noise
         and alignment.side_px >= _LEAST_SIDE_PX
         and _fits_tilt(alignment, tilt)
-        and _fits_height(alignment, prior)
-        and largest_cell_error(alignment, aligner, noise) <= LARGEST_CELL_ERROR
     )
 
 
