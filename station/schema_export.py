@@ -6,12 +6,16 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from alight.runtime.bus import alive_key, configuration_values
 from schemas import topics
 from schemas.message import SCHEMA_VERSION
+from schemas.settings import Settings
 from schemas.topics import Topic
-from schemas.wire import encoding_of
+from schemas.wire import MAX_JSON_BYTES, encoding_of
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
+STAMPS = ("at_ns", "sent_at_ns", "captured_at_ns")
+"""The fields by which age and order on a topic may be judged (`Message.stamp_ns`): of those that a message has, the first."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -56,9 +60,15 @@ def schema_of(topic: Topic[Any]) -> dict[str, Any]:
 
 def topics_index() -> dict[str, Any]:
     """The table of topics in JSON, with what is needed to speak on each of them."""
+    defaults = Settings()
     return {
         "schema_version": SCHEMA_VERSION,
         "key_expressions": "Zenoh; {vehicle} is the vehicle's name, {service} the publishing service's",
+        "default_vehicle": defaults.vehicle,
+        "alive_key_expression": alive_key("{vehicle}", "{service}"),
+        "zenoh_configuration": configuration_values(defaults.bus),
+        "max_clock_skew_s": defaults.bus.max_clock_skew_s,
+        "max_message_bytes": MAX_JSON_BYTES,
         "topics": [_row(topic) for topic in topics.TOPICS],
     }
 
@@ -73,6 +83,7 @@ def _row(topic: Topic[Any]) -> dict[str, Any]:
         "encoding": encoding_of(topic),
         "payload": "raw pixels, row by row, as the message says" if topic.has_pixels else "the message as JSON",
         "attachment": "the message as JSON" if topic.has_pixels else None,
+        "stamp": next(name for name in STAMPS if name in topic.message.model_fields),
         "delivery": topic.delivery.value,
         "nominal_hz": topic.nominal_hz,
         "stale_after_s": topic.stale_after_s,

@@ -122,7 +122,14 @@ def alive_key(vehicle: str, service: str) -> str:
 def configuration(settings: BusSettings) -> zenoh.Config:
     """Zenoh's configuration for these settings."""
     config = zenoh.Config()
-    values: dict[str, object] = {
+    for key, value in configuration_values(settings).items():
+        config.insert_json5(key, json.dumps(value))
+    return config
+
+
+def configuration_values(settings: BusSettings) -> dict[str, object]:
+    """What Alight sets in Zenoh's configuration, by key; the rest stays as Zenoh has it."""
+    return {
         "mode": settings.mode,
         "connect/endpoints": list(settings.connect),
         # A peer goes on trying for ever: whoever it looks for may start later, or come back. A client without a router is of no use.
@@ -138,6 +145,3 @@ def configuration(settings: BusSettings) -> zenoh.Config:
         "transport/shared_memory/enabled": settings.shared_memory,
         "timestamping/enabled": True,
     }
-    for key, value in values.items():
-        config.insert_json5(key, json.dumps(value))
-    return config

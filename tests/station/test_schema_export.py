@@ -2,15 +2,20 @@
 
 import argparse
 import copy
+import functools
 import json
 from collections.abc import Iterator
 
 import jsonschema
 import pytest
+import zenoh
 from synthetic_flight import Flight
 
+from alight.runtime.bus import configuration
 from schemas import topics
-from schemas.wire import encode, encoding_of
+from schemas.journal import EntryKind, Journal, JournalEntry
+from schemas.settings import Settings
+from schemas.wire import MAX_JSON_BYTES, encode, encoding_of
 from station.schema_export import add_arguments, run, schema_file
 
 
@@ -23,8 +28,24 @@ def exported(tmp_path_factory):
     return {path.name: json.loads(path.read_text()) for path in directory.iterdir()}
 
 
+JOURNAL = Journal(
+    at_ns=2,
+    service="filter",
+    started_at_ns=1,
+    number=0,
+    entries=(JournalEntry(kind=EntryKind.TICK, received_at_ns=2, now_ns=2),),
+)
+
+
+@functools.cache
+def message_of(topic):
+    """The first that was said in a flight; no journal is kept in a synthetic one."""
+    said = Flight().spoken()
+    return JOURNAL if topic is topics.JOURNAL else next(one.message for one in said if one.topic is topic)
+
+
 def real_message(topic) -> dict:
-    message = next(one.message for one in Flight().spoken() if one.topic is topic)
+    message = message_of(topic)
     wire = encode(topic, message, b"" if topic.has_pixels else None)
     return json.loads(wire.attachment if topic.has_pixels else wire.payload)
 
@@ -39,6 +60,24 @@ def test_index_names_every_topic_and_its_schema(exported):
     frame = index[0]
     assert frame["key_expression"] == "alight/{vehicle}/camera/frame"
     assert frame["payload"].startswith("raw pixels") and frame["attachment"] == "the message as JSON"
+
+
+def test_index_says_how_to_join_the_bus_and_what_is_refused_there(exported):
+    index, defaults = exported["topics.json"], Settings()
+    assert index["alive_key_expression"] == "alight/{vehicle}/alive/{service}"
+    assert index["default_vehicle"] == defaults.vehicle
+    assert index["max_clock_skew_s"] == defaults.bus.max_clock_skew_s and index["max_message_bytes"] == MAX_JSON_BYTES
+    theirs = zenoh.Config()
+    for key, value in index["zenoh_configuration"].items():
+        theirs.insert_json5(key, json.dumps(value))
+    assert str(theirs) == str(configuration(defaults.bus))
+
+
+@pytest.mark.parametrize("topic", topics.TOPICS, ids=lambda topic: topic.name)
+def test_the_field_that_age_and_order_are_judged_by_is_named(exported, topic):
+    row = next(row for row in exported["topics.json"]["topics"] if row["name"] == topic.name)
+    message = message_of(topic)
+    assert getattr(message, row["stamp"]) == message.stamp_ns
 
 
 def undescribed(schema: object, path: str) -> Iterator[str]:
