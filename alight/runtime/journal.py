@@ -30,8 +30,14 @@ class JournalKeeper:
         self._number = 0
         self._entries: list[JournalEntry] = []
 
+    def keep_nothing(self) -> None:
+        """Keep no journal: there is nobody to read it."""
+        self._kept = False
+
     def message(self, arrival: Arrival[Any]) -> None:
         """The node is about to be given a message."""
+        if not self._kept:
+            return
         self._note(
             kind=EntryKind.MESSAGE,
             source=arrival.topic.name,
@@ -42,6 +48,8 @@ class JournalKeeper:
 
     def tick(self, now_ns: int) -> None:
         """The node is about to be told the time."""
+        if not self._kept:
+            return
         self._note(kind=EntryKind.TICK, received_at_ns=now_ns, now_ns=now_ns)
 
     def bytes(self, port: str, data: bytes, now_ns: int) -> None:
@@ -72,8 +80,6 @@ class JournalKeeper:
         )
 
     def _note(self, **fields: Any) -> None:
-        if not self._kept:
-            return
         if len(self._entries) >= MOST_ENTRIES:
             self._entries = []
             self._number += 1

@@ -45,6 +45,8 @@ class Lockstep:
             topic.name: [host for host in self.hosts if topic in host.node.subscriptions] for topic in topics.TOPICS
         }
         for host in self.hosts:
+            if not self._readers[topics.JOURNAL.name]:
+                host.journal.keep_nothing()
             self._start(host)
 
     def join(self, one: Node, one_port: str, other: Node, other_port: str) -> None:
