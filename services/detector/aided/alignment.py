@@ -413,7 +413,7 @@ def _add_priors(M: Array, g: Array, guess: Guess, tilt: TiltPrior, factors: Arra
     # How the cross product of the normal and the wanted one changes with a small turn.
     change = np.outer(n, wanted) - float(n @ wanted) * np.eye(3)
     M[3:6, 3:6] += change.T @ change / tilt.sigma_rad**2
-    g[3:6] -= change.T @ np.cross(n, wanted) / tilt.sigma_rad**2
+    g[3:6] -= change.T @ _cross(n, wanted) / tilt.sigma_rad**2
     blur = guess.blur
     sigmas = np.array((_BLUR_LOG_SIGMA, _BLUR_LOG_SIGMA, _SLANT_SIGMA_PX2))
     excess = np.array((math.log(blur.u_px / _BLUR_PX), math.log(blur.v_px / _BLUR_PX), blur.uv_px2))
@@ -427,6 +427,12 @@ def _add_priors(M: Array, g: Array, guess: Guess, tilt: TiltPrior, factors: Arra
     g[lights] -= weights * (factors - means)
     if guess.edge is not None:
         diagonal[-3:] += np.array((_EDGE_ANGLE_SIGMA, _EDGE_OFFSET_SIGMA, _EDGE_LOG_SIGMA)) ** -2.0
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """The vector product; NumPy's own takes ten times as long for two vectors."""
+    (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()
+    return np.array((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx))
 
 
 def _limited_blur(blur_px: float, log_step: float) -> float:

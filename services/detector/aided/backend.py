@@ -10,12 +10,12 @@ from alight.geometry.camera import PinholeCamera
 from alight.geometry.rotation import R_from_quaternion
 from alight.markers.layout import PadLayout, PlacedMarker
 from services.detector.aided.alignment import Aligner, Alignment, Guess
-from services.detector.aided.level_view import Region, level_view
+from services.detector.aided.level_view import LevelView, Region, level_view
 from services.detector.aided.marker_view import TiltPrior, views_of_square
 from services.detector.aided.noise import noise_level
 from services.detector.aided.pattern import pattern_of
 from services.detector.aided.pixel_rays import PixelRays
-from services.detector.aided.search import BANK_SIDE_PX, PatternSearch
+from services.detector.aided.search import BANK_SIDE_PX, PatternSearch, Proposal
 from services.detector.aided.tracking import Track, shifted_to_match
 from services.detector.aided.verification import is_marker, is_still_marker
 from services.detector.detector import Detector, FoundMarker, Prior, Tally, View
@@ -26,7 +26,7 @@ _LEVEL_RATIO = 1.42
 _UNKNOWN_SIDES_PX = (BANK_SIDE_PX, BANK_SIDE_PX * _LEVEL_RATIO, BANK_SIDE_PX * _LEVEL_RATIO**2)
 _LARGEST_ENLARGING = 1.3
 _PROPOSALS = 8
-_FIRST_STEPS, _MORE_STEPS = 4, 10
+_FIRST_STEPS, _MORE_STEPS = 4, 8
 _TRACK_STEPS = 6
 _LEAST_SCORE = 0.45
 _HOPELESS, _HOPEFUL = 0.72, 0.85
@@ -115,19 +115,16 @@ class AidedBackend:
         """The marker where, and as large as, the prior says, or anywhere and of any size small enough where it says nothing."""
         self._tally.add("pattern_searches")
         tilt = _tilt(prior)
-        scored: list[tuple[float, Guess]] = []
+        scored: list[tuple[Proposal, LevelView]] = []
         for side_px, scale in _levels(prior, aligner.camera, self._main.side_m):
             region = _region(prior, side_px)
             level = level_view(view.picture, aligner.camera, tilt.normal_camera, scale, region)
             if level is not None:
-                proposals = self._search.proposals(level.picture, _PROPOSALS)
-                scored += [
-                    (each.score, Guess(level.marker_view(each, self._main.side_m)))
-                    for each in proposals
-                    if each.score >= _LEAST_SCORE
-                ]
-        scored.sort(key=lambda each: -each[0])
-        return self._confirmed(view, prior, [guess for _, guess in scored[:_PROPOSALS]], aligner, tilt)
+                scored += [(each, level) for each in self._search.proposals(level.picture, _PROPOSALS)]
+        scored.sort(key=lambda each: -each[0].score)
+        likely = [(proposal, level) for proposal, level in scored[:_PROPOSALS] if proposal.score >= _LEAST_SCORE]
+        guesses = [Guess(level.marker_view(proposal, self._main.side_m)) for proposal, level in likely]
+        return self._confirmed(view, prior, guesses, aligner, tilt)
 
     def _confirmed(
         self, view: View, prior: Prior | None, guesses: list[Guess], aligner: Aligner, tilt: TiltPrior
