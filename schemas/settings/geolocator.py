@@ -83,15 +83,42 @@ class FixUncertainty(Section):
     """Angular acceleration that they do not know of, each axis, rad/s^2."""
 
 
+class Extrinsic(Section):
+    """What is built otherwise than believed, for `method = "extrinsic"`: the true against the believed.
+
+    The camera is turned by `R_body_camera_true = R_z(yaw) R_y(pitch) R_x(roll) R_body_camera_believed`. The height of the pad is no part of
+    it: a pad that lies lower than it was surveyed is truly there.
+    """
+
+    mount_roll_deg: SmallAngle = 0.0
+    """Turn of the camera about the body's forward axis, degrees."""
+    mount_pitch_deg: SmallAngle = 0.0
+    """Turn about the body's right axis, degrees."""
+    mount_yaw_deg: SmallAngle = 0.0
+    """Turn about the body's down axis, degrees; positive is clockwise seen from above."""
+    forward_m: LeverArm = 0.0
+    """How much farther forward the camera sits than `mount` says, metres."""
+    right_m: LeverArm = 0.0
+    """How much farther to the right, metres."""
+    down_m: LeverArm = 0.0
+    """How much lower, metres."""
+    focal_scale: float = Field(default=1.0, ge=0.5, le=2.0)
+    """True focal length divided by the calibrated one. To first order: from 2 % on calibrate the camera anew."""
+    pad_scale: float = Field(default=1.0, ge=0.5, le=2.0)
+    """True side of the print divided by the one in the section `pad`."""
+    image_latency_s: float = Field(default=0.0, ge=-1.0, le=1.0)
+    """A frame's stamp minus the time at which the light hit the sensor, seconds."""
+
+
 class Correction(Section):
-    """The systematic error of the vehicle-to-pad vector in cylindrical coordinates (Eq. 22-26).
+    """The systematic error of the installation: of the vehicle-to-pad vector in cylindrical coordinates (Eq. 22-26), or by its causes.
 
     Every bias is measured minus true, and is subtracted. Angles are azimuths from north, clockwise. The paper measures its angle from
     east, so its published angle has the opposite sign here.
     """
 
-    method: Literal["none", "cylindrical"] = "none"
-    """Whether to correct."""
+    method: Literal["none", "cylindrical", "extrinsic"] = "none"
+    """Whether to correct, and how: `cylindrical` subtracts the biases below (the paper), `extrinsic` undoes what causes them."""
     theta_deg: float = Field(default=0.0, ge=-180.0, le=180.0)
     """Bias of the azimuth from vehicle to pad, degrees."""
     alpha_r: float = Field(default=0.0, gt=-1.0, lt=1.0)
@@ -102,6 +129,7 @@ class Correction(Section):
     """Bias of the vehicle's height above the pad, metres."""
     turn_azimuth: bool = True
     """Subtract the angle from the pad's azimuth, too: true if the angle comes from the camera's mount, which turns both."""
+    extrinsic: Extrinsic = Extrinsic()
 
 
 PAPER_MEAN_CORRECTION = Correction(
@@ -122,4 +150,7 @@ class GeolocatorSettings(Section):
     lookup: PoseLookup = PoseLookup()
     level: LevelPrior = LevelPrior()
     uncertainty: FixUncertainty = FixUncertainty()
+    correction_file: str = ""
+    """TOML file that `alight calibrate bias` has written; empty for the section below."""
     correction: Correction = Correction()
+    """The correction, where no file is named."""

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 from alight.markers.layout import layout_from
+from alight.runtime.clock import nanoseconds
 from alight.runtime.node import Arrival, Node, Outputs, Publication
 from schemas import topics
 from schemas.calibration import CameraCalibration
@@ -14,6 +15,7 @@ from schemas.settings import Settings
 from schemas.vehicle import GimbalState, VehicleState
 from services.geolocator.camera_mount import CameraMount
 from services.geolocator.geolocation import geolocate
+from services.geolocator.installation import as_installed
 from services.geolocator.pad_sight import pad_in
 from services.geolocator.pose_history import PoseHistory
 from services.geolocator.refusal import FixRefusedError
@@ -93,9 +95,15 @@ class Geolocator(Node):
         looked_at_ns = (
             captured_at_ns if self._settings.lookup.pose == "capture" else self._poses.newest_ns(captured_at_ns)
         )
-        vehicle = self._poses.at(looked_at_ns)
-        view = View(vehicle, self._mount.q_body_gimbal(looked_at_ns), self._mount.camera_in_body_m)
-        return geolocate(detection, pad, view, self._calibration, self._settings, now_ns=now_ns)
+        believed = self._view_at(looked_at_ns)
+        true = believed
+        if self._settings.correction.method == "extrinsic":
+            extrinsic = self._settings.correction.extrinsic
+            true = as_installed(self._view_at(looked_at_ns - nanoseconds(extrinsic.image_latency_s)), extrinsic)
+        return geolocate(detection, pad, believed, true, self._calibration, self._settings, now_ns=now_ns)
+
+    def _view_at(self, at_ns: int) -> View:
+        return View(self._poses.at(at_ns), self._mount.q_body_gimbal(at_ns), self._mount.camera_in_body_m)
 
     def _count(self, fix: PadFix) -> None:
         self._counters[f"fix_{fix.verdict}"] += 1

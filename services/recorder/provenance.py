@@ -55,8 +55,8 @@ def documents(settings: Settings) -> Iterator[Document]:
     yield Document(layout.SETTINGS_ATTACHMENT, "application/json", everything.encode())
     yield _json(layout.PAD_ATTACHMENT, settings.pad.model_dump_json(indent=1))
     yield _json(layout.CORRECTION_ATTACHMENT, settings.geolocator.correction.model_dump_json(indent=1))
-    for path in (Path(settings.pad.layout), Path(settings.camera.calibration_file)):
-        yield from _named(path)
+    for name in (settings.pad.layout, settings.camera.calibration_file, settings.geolocator.correction_file):
+        yield from _named(Path(name))
 
 
 @cache
