@@ -129,7 +129,7 @@ def _compare_one(
     fixes = relocated_fixes(record, settings, "capture") if relocate else recorded_fixes(record)
     judge = filtered(record, fixes, _with_filter(settings, "kalman"))
     accepted = fix_claims(truth, fixes, judge.verdicts)
-    result.contestants[FIXES].flights.append(FlightScore(accepted, None, None, None))
+    result.contestants[FIXES].flights.append(FlightScore(accepted, None, None, None, None))
     result.fixes += len(accepted)
     result.outliers += sum(verdict.value == "outlier" for verdict in judge.verdicts.values())
     for name, method in methods.items():

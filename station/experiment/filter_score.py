@@ -100,6 +100,8 @@ class FlightScore:
     carried_m: Array | None
     """(2,), the last estimate at the moment of touchdown by the vehicle's own coordinates, measured minus true, north and east, metres: what
     a blind last metre adds."""
+    drifted_m: Array | None
+    """(2,), the same if its reader lets it go on by the drift that it tells."""
     available: float | None
     """Part of the time from the first accepted fix to the last one in which there was an estimate of light at most `USABLE_S` old."""
     age_s: float | None
@@ -119,7 +121,8 @@ def estimate_score(
         and (truth.touched_at_ns is None or fix.logged_at_ns <= truth.touched_at_ns)
     ]
     available, age_s = _availability(estimates, accepted)
-    return FlightScore(claims, _carried(truth, estimates, claims), available, age_s)
+    carried, drifted = _carried(truth, estimates, claims)
+    return FlightScore(claims, carried, drifted, available, age_s)
 
 
 def fix_claims(
@@ -168,12 +171,18 @@ def _availability(
     return float(usable / len(grid)), float(np.mean(ages_ns)) / NS_PER_S
 
 
-def _carried(truth: FlightTruth, estimates: Sequence[Logged[PadEstimate]], claims: Sequence[Claim]) -> Array | None:
+def _carried(
+    truth: FlightTruth, estimates: Sequence[Logged[PadEstimate]], claims: Sequence[Claim]
+) -> tuple[Array | None, Array | None]:
     if truth.touched_at_ns is None or not claims:
-        return None
-    last = next(one.message for one in estimates if one.message.captured_at_ns == claims[-1].captured_at_ns)
-    error = truth.steered_error_m(last.position, truth.touched_at_ns)
-    return None if error is None else error[:2]
+        return None, None
+    last = next(one for one in estimates if one.message.captured_at_ns == claims[-1].captured_at_ns)
+    error = truth.steered_error_m(last.message.position, truth.touched_at_ns)
+    if error is None:
+        return None, None
+    blind_s = (truth.touched_at_ns - last.logged_at_ns) / NS_PER_S
+    drift = np.zeros(3) if last.message.velocity_ned_mps is None else np.array(last.message.velocity_ned_mps)
+    return error[:2], (error + drift * blind_s)[:2]
 
 
 def _velocities(truths: Sequence[GroundTruth]) -> TruthTrack:

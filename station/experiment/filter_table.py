@@ -14,7 +14,18 @@ def comparison_lines(result: Comparison) -> Iterator[str]:
     yield f"{result.count} flights, {result.fixes} fixes, {result.outliers} refused as outliers by kalman; errors relative to the vehicle"
     yield ""
     yield "RMSE, cm, of the vector to the pad at capture time, and of what the commander steers by when it is out"
-    head = ("", "last vector", "before touchdown", "all vectors", "steered by", "carried to", "available", "age", "lag")
+    head = (
+        "",
+        "last vector",
+        "before touchdown",
+        "all vectors",
+        "steered by",
+        "carried to",
+        "and by its",
+        "available",
+        "age",
+        "lag",
+    )
     under = (
         "filter",
         "horizontal",
@@ -22,6 +33,7 @@ def comparison_lines(result: Comparison) -> Iterator[str]:
         "horizontal",
         "horizontal",
         "touchdown",
+        "drift",
         f"<= {USABLE_S:g} s, %",
         "ms",
         "ms",
@@ -50,6 +62,7 @@ def _row(one: Contestant) -> tuple[str, ...]:
     carried = np.array([flight.carried_m for flight in one.flights if flight.carried_m is not None]).reshape(-1, 2)
     errors = np.array([claim.error_m for claim in one.claims]).reshape(-1, 3)
     steered = np.array([c.steered_error_m for c in one.claims if c.steered_error_m is not None]).reshape(-1, 3)
+    drifted = np.array([flight.drifted_m for flight in one.flights if flight.drifted_m is not None]).reshape(-1, 2)
     axes = " ".join(f"{100.0 * value:.2f}" for value in np.sqrt(np.mean(last**2, axis=0))) if len(last) else "-"
     available = [flight.available for flight in one.flights if flight.available is not None]
     ages_s = [flight.age_s for flight in one.flights if flight.age_s is not None]
@@ -61,6 +74,7 @@ def _row(one: Contestant) -> tuple[str, ...]:
         _centimetres(horizontal_rmse_m(errors)),
         _centimetres(horizontal_rmse_m(steered)),
         _centimetres(horizontal_rmse_m(carried)),
+        _centimetres(horizontal_rmse_m(drifted)),
         f"{100.0 * float(np.mean(available)):.1f}" if available else "-",
         f"{1e3 * float(np.mean(ages_s)):.0f}" if ages_s else "-",
         "-" if lag is None else f"{1e3 * lag:.1f}",
