@@ -67,6 +67,20 @@ class AutopilotStatus:
         """Take a STATUSTEXT."""
         self._text = self._texts.take(message) or self._text
 
+    def facts(self) -> tuple[object, ...]:
+        """All that `snapshot` tells of the autopilot, quick to compare."""
+        return (
+            self.armed,
+            self._custom_mode,
+            self._intended,
+            self._landed,
+            self._system_status,
+            self._prearm_good,
+            self._home,
+            self._battery,
+            self._text,
+        )
+
     def snapshot(self, at_ns: int, connected: bool) -> VehicleStatus:
         """All of it, as of `at_ns`."""
         mode = mode_of(self._custom_mode)

@@ -167,6 +167,10 @@ class AutopilotLink:
         """What the autopilot is doing."""
         return self._status.snapshot(now_ns, self.connected(now_ns))
 
+    def facts(self, now_ns: int) -> tuple[object, ...]:
+        """Changes whenever `status` would, but for its time."""
+        return (self.connected(now_ns), *self._status.facts())
+
     def gimbal(self, now_ns: int) -> GimbalState | None:
         """How the camera is turned."""
         return self._gimbal.state(now_ns)

@@ -9,7 +9,6 @@ from schemas.estimate import PadEstimate
 from schemas.mission import MissionRequest
 from schemas.setpoint import Setpoint
 from schemas.settings import Settings
-from schemas.vehicle import VehicleStatus
 from services.commander.link import AutopilotLink
 from services.commander.mission import Mission
 
@@ -29,7 +28,7 @@ class CommanderNode(Node):
         self.tick_period_ns = nanoseconds(settings.commander.tick_s)
         self._link = AutopilotLink(settings.commander)
         self._mission = Mission(settings.commander, self._link)
-        self._status: VehicleStatus | None = None
+        self._facts: tuple[object, ...] = ()
         self._phase = (self._mission.phase, self._mission.code, 0)
         self._published_ns: dict[str, int] = {}
         self._gimbal_ns = 0
@@ -42,7 +41,7 @@ class CommanderNode(Node):
         for state in self._link.take_states():
             self._mission.take_state(state)
             yield Publication(topics.VEHICLE_STATE, state)
-        if self._status_changed(now_ns):
+        if self._link.facts(now_ns) != self._facts:
             yield from self._act(self._mission.step(now_ns), now_ns)
         else:
             yield from self._transmit()
@@ -97,18 +96,11 @@ class CommanderNode(Node):
             self._phase = phase
             at_ns = self._next_stamp_ns(topics.MISSION_STATUS.name, now_ns)
             yield Publication(topics.MISSION_STATUS, self._mission.status(at_ns))
-        if self._status_changed(now_ns) or self._is_due(topics.VEHICLE_STATUS.name, now_ns):
+        facts = self._link.facts(now_ns)
+        if facts != self._facts or self._is_due(topics.VEHICLE_STATUS.name, now_ns):
+            self._facts = facts
             at_ns = self._next_stamp_ns(topics.VEHICLE_STATUS.name, now_ns)
-            self._status = self._link.status(now_ns).model_copy(update={"at_ns": at_ns})
-            yield Publication(topics.VEHICLE_STATUS, self._status)
-
-    def _status_changed(self, now_ns: int) -> bool:
-        if self._status is None:
-            return True
-        return (
-            self._link.status(self._status.at_ns).model_copy(update={"connected": self._link.connected(now_ns)})
-            != self._status
-        )
+            yield Publication(topics.VEHICLE_STATUS, self._link.status(now_ns).model_copy(update={"at_ns": at_ns}))
 
     def _is_due(self, topic: str, now_ns: int) -> bool:
         return now_ns - self._published_ns.get(topic, 0) >= STATUS_PERIOD_NS
