@@ -67,6 +67,14 @@ class AutopilotStatus:
         """Take a STATUSTEXT."""
         self._text = self._texts.take(message) or self._text
 
+    @property
+    def _in_failsafe(self) -> bool:
+        return bool(self._system_status >= mavlink.MAV_STATE_CRITICAL)
+
+    @property
+    def _ready_to_arm(self) -> bool:
+        return self._system_status == mavlink.MAV_STATE_STANDBY and self._prearm_good
+
     def facts(self) -> tuple[object, ...]:
         """All that `snapshot` tells of the autopilot, quick to compare."""
         return (
@@ -74,8 +82,8 @@ class AutopilotStatus:
             self._custom_mode,
             self._intended,
             self._landed,
-            self._system_status,
-            self._prearm_good,
+            self._in_failsafe,
+            self._ready_to_arm,
             self._home,
             self._battery,
             self._text,
@@ -84,7 +92,6 @@ class AutopilotStatus:
     def snapshot(self, at_ns: int, connected: bool) -> VehicleStatus:
         """All of it, as of `at_ns`."""
         mode = mode_of(self._custom_mode)
-        standby = self._system_status == mavlink.MAV_STATE_STANDBY
         return VehicleStatus(
             at_ns=at_ns,
             connected=connected,
@@ -93,8 +100,8 @@ class AutopilotStatus:
             intended_mode=FlightMode.UNKNOWN if self._intended is None else mode_of(self._intended),
             custom_mode=self._custom_mode,
             landed_state=self._landed,
-            failsafe=self._system_status >= mavlink.MAV_STATE_CRITICAL,
-            ready_to_arm=standby and self._prearm_good,
+            failsafe=self._in_failsafe,
+            ready_to_arm=self._ready_to_arm,
             home=self._home,
             battery_remaining=self._battery,
             last_text=self._text,
