@@ -1,0 +1,86 @@
+"""Where the pad's corners appear in the picture of a camera that is built otherwise than believed."""
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from alight.geometry.camera import PinholeCamera
+from alight.geometry.frames import R_body_camera
+from alight.geometry.rotation import R_x, R_y, R_z
+from schemas.message import Quaternion, Vector3
+from station.biases.sightings import Array, Sightings
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One of the unknowns."""
+
+    name: str
+    """With its unit; those of `schemas.settings.geolocator.Extrinsic` have the same name there."""
+    nominal: float
+    prior_sigma: float
+    """How far it may be from nominal, a priori; where the flights do not show it, this decides."""
+
+
+PARAMETERS = (
+    Parameter("mount_roll_deg", 0.0, 10.0),
+    Parameter("mount_pitch_deg", 0.0, 10.0),
+    Parameter("mount_yaw_deg", 0.0, 10.0),
+    Parameter("forward_m", 0.0, 0.05),
+    Parameter("right_m", 0.0, 0.05),
+    Parameter("down_m", 0.0, 0.05),
+    Parameter("focal_scale", 1.0, 0.005),
+    Parameter("pad_scale", 1.0, 0.05),
+    Parameter("pad_down_m", 0.0, 0.5),
+    Parameter("image_latency_s", 0.0, 0.1),
+    Parameter("pad_azimuth_deg", 0.0, 180.0),
+)
+"""`pad_down_m` is how much lower the pad lies than surveyed; it and the pad's azimuth are no errors of the camera."""
+
+NAMES = tuple(parameter.name for parameter in PARAMETERS)
+
+
+@dataclass(frozen=True)
+class BelievedCamera:
+    """The camera as the geolocator has it."""
+
+    lens: PinholeCamera
+    q_body_gimbal: Quaternion
+    camera_in_body_m: Vector3
+
+
+def predicted_px(values: Array, sightings: Sightings, camera: BelievedCamera) -> Array:
+    """Where the corners should be seen, (N, C, 2), distorted pixels; NaN behind the camera.
+
+    Args:
+        values: Of `PARAMETERS`, in their order and units.
+        sightings: Whose frames.
+        camera: As believed.
+    """
+    roll, pitch, yaw, forward_m, right_m, down_m, focal, size, pad_down_m, latency_s, azimuth = values
+    at_s = sightings.captured_s - latency_s
+    R_ned_body = _matrices(sightings.attitude.at(at_s))
+    R_mount = R_z(math.radians(yaw)) @ R_y(math.radians(pitch)) @ R_x(math.radians(roll))
+    R_bc = R_mount @ R_body_camera(camera.q_body_gimbal)
+    lever_m = np.add(camera.camera_in_body_m, (forward_m, right_m, down_m))
+    s, c = math.sin(math.radians(azimuth)), math.cos(math.radians(azimuth))
+    R_ned_pad = np.array([[-s, c, 0.0], [c, s, 0.0], [0.0, 0.0, -1.0]])
+    pad_ned_m = np.array([0.0, 0.0, pad_down_m]) - sightings.position.at(at_s)
+    corners_ned_m = pad_ned_m[:, None, :] + size * sightings.corners_m @ R_ned_pad.T
+    # For row vectors, v @ R applies the transpose of R.
+    corners_camera_m = (corners_ned_m @ R_ned_body - lever_m) @ R_bc
+    lens = dataclasses.replace(camera.lens, fx_px=camera.lens.fx_px * focal, fy_px=camera.lens.fy_px * focal)
+    return lens.project(corners_camera_m.reshape(-1, 3)).reshape(sightings.corners_px.shape)
+
+
+def _matrices(q: Array) -> Array:
+    """Rotation matrices (N, 3, 3) of quaternions (N, 4), normalised here."""
+    w, x, y, z = (q / np.linalg.norm(q, axis=1, keepdims=True)).T
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    )
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
