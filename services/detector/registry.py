@@ -24,10 +24,7 @@ def _aruco(settings: Settings) -> Detector:
 
 
 def _aided(settings: Settings) -> Detector:
-    whole_frame = settings.detector.model_copy(
-        update={"aruco": settings.detector.aruco.model_copy(update={"track": False})}
-    )
-    return AidedBackend(layout_from(settings.pad), _aruco(settings.model_copy(update={"detector": whole_frame})))
+    return AidedBackend(layout_from(settings.pad), _aruco(settings))
 
 
 Builder = Callable[[Settings], Detector]

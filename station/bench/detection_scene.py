@@ -41,7 +41,9 @@ _EXPOSURE_S = 0.01
 _LARGEST_TILT_RAD = math.radians(15.0)
 _LARGEST_SMEAR_PX = 3.0
 _WIDEST_RAD = math.radians(45.0)
-_TRIES = 400
+_TRIES = 1000
+_WHOLE = 1.1
+"""How much of the pad has to be in view, in sides of the marker."""
 _EDGE_PX = 2.0
 _CLEAR_PX = 12.0
 
@@ -77,7 +79,7 @@ class Studio:
         settings = [self._settings(seed, number, index) for index in range(_CAMERAS)]
         self._cameras = [SimulatedCamera(each, self._calibration) for each in settings]
         layout = layout_from(settings[0].pad)
-        self._corners_m, self._board_m = layout.markers[0].corners_m(), layout.board_m
+        self._corners_m, self._side_m = layout.markers[0].corners_m(), layout.markers[0].side_m
         self._noises = [each.camera.simulated.optics.noise_level for each in settings]
 
     def _settings(self, seed: int, number: int, index: int) -> Settings:
@@ -98,7 +100,7 @@ class Studio:
         )
 
     def shots(self, height_m: float, count: int, *, clutter: bool = False) -> Iterator[Shot]:
-        """Pictures from one height: tilt 0 to 15 degrees, any heading, the whole board anywhere in the picture, motion smear to 3 px."""
+        """Pictures from one height: tilt 0 to 15 degrees, any heading, the whole marker anywhere in the picture, motion smear to 3 px."""
         for index in range(count):
             truth, viewpoint = self._placed(height_m)
             picture = self._cameras[index % _CAMERAS].capture(truth)
@@ -143,21 +145,23 @@ class Studio:
         )
 
     def _placed(self, height_m: float) -> tuple[GroundTruth, Viewpoint]:
-        draw, half = self._random, self._board_m / 2.0
-        board_m = np.array([[-half, half, 0.0], [half, half, 0.0], [half, -half, 0.0], [-half, -half, 0.0]])
+        draw, half = self._random, _WHOLE * self._side_m / 2.0
+        whole_m = np.array([[-half, half, 0.0], [half, half, 0.0], [half, -half, 0.0], [-half, -half, 0.0]])
         limits = np.array((self.camera.width_px, self.camera.height_px)) - 1.0 - _EDGE_PX
-        for _ in range(_TRIES):
-            aside_m, towards = height_m * math.tan(draw.uniform(0.0, _WIDEST_RAD)), draw.uniform(0.0, math.tau)
+        for number in range(_TRIES):
+            # From 1 m the whole marker is only in view from nearly above it.
+            widest_rad = _WIDEST_RAD * (1.0 - number / _TRIES)
+            aside_m, towards = height_m * math.tan(draw.uniform(0.0, widest_rad)), draw.uniform(0.0, math.tau)
             speed_mps = draw.uniform(0.0, _LARGEST_SMEAR_PX) * height_m / self.camera.fx_px / _EXPOSURE_S
             course = draw.uniform(0.0, math.tau)
             place = (aside_m * math.cos(towards), aside_m * math.sin(towards), -height_m)
             velocity = (speed_mps * math.cos(course), speed_mps * math.sin(course), 0.0)
             truth = self._truth(place, self._attitude(), velocity)
             viewpoint = Viewpoint.from_truth(truth, np.eye(3))
-            seen = self.camera.project(viewpoint.in_camera(board_m))
+            seen = self.camera.project(viewpoint.in_camera(whole_m))
             if np.isfinite(seen).all() and (seen >= _EDGE_PX).all() and (seen <= limits).all():
                 return truth, viewpoint
-        raise ValueError(f"no pose at {height_m} m shows the whole pad")
+        raise ValueError(f"no pose at {height_m} m shows the whole marker")
 
     def _attitude(self) -> tuple[float, float, float]:
         draw = self._random
