@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -105,6 +106,12 @@ def printed(pad: PadSettings, board: Board, pad_scale: float) -> tuple[tuple[Pla
         return markers, layout.board_m * pad_scale
     side_m = markers[0].side_m
     return markers, side_m * (1.0 + 2.0 * board.margin)
+
+
+@lru_cache(maxsize=4)
+def _pad_print(markers: tuple[PlacedMarker, ...], board_m: float, black_level: float, white_level: float) -> PadPrint:
+    """The print. Its textures take longer than a hundred frames, and flight after flight of a campaign has the same."""
+    return PadPrint(markers, board_m=board_m, black_level=black_level, white_level=white_level)
 
 
 def true_camera(calibration: CameraCalibration, lens_scale: float) -> PinholeCamera:
