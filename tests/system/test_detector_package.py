@@ -10,8 +10,11 @@ from pathlib import Path
 import cv2
 import pytest
 
+from schemas import topics
 from schemas.settings import Settings
 from services.detector.conformance import drawn_pad
+from station.flight_record import read_flight
+from station.metrics.summary import summarise
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 
@@ -95,6 +98,22 @@ def test_it_is_found_and_sees_the_pad(python, tmp_path) -> None:
     looked = run(python, "-m", "station", "detect", str(tmp_path / "pad.png"), "--detector", "stranger", "--id", "68")
     assert looked.returncode == 0, looked.stderr
     assert "68" in looked.stdout.splitlines()[1]
+
+
+@pytest.mark.system
+def test_it_flies_a_landing(python, tmp_path) -> None:
+    out = tmp_path / "flight"
+    chosen = (
+        "--set",
+        "detector.backend=stranger",
+        "--set",
+        "simulator.airborne={north_m=4.0, east_m=4.0, down_m=-12.0}",
+    )
+    flown = run(python, "-m", "station", "fly", "--lockstep", *chosen, "--out", str(out))
+    assert flown.returncode == 0, flown.stdout + flown.stderr
+    record = read_flight(out / "flight.mcap")
+    assert summarise(record).verdict.ok
+    assert {detection.detector for detection in record.messages(topics.DETECTION)} == {"stranger"}
 
 
 @pytest.mark.system
