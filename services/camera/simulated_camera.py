@@ -84,7 +84,7 @@ class SimulatedCamera:
 def _pad(settings: Settings) -> PadPrint:
     board = settings.camera.simulated.board
     markers, board_m = printed(settings.pad, board, settings.simulator.installation.pad_scale)
-    return PadPrint(markers, board_m=board_m, black_level=board.black_level, white_level=board.white_level)
+    return _pad_print(markers, board_m, board.black_level, board.white_level)
 
 
 def printed(pad: PadSettings, board: Board, pad_scale: float) -> tuple[tuple[PlacedMarker, ...], float]:
