@@ -159,10 +159,12 @@ def zenoh_configuration(contract: Contract, connect: str | None, listen: str | N
 def run(session: zenoh.Session, contract: Contract, detector: ForeignDetector) -> None:
     """Answer frames until the process is told to stop."""
     frames = Newest()
-    subscribers = [
+    alive_key = contract.key(contract.index["alive_key_expression"])
+    _held = (
         session.declare_subscriber(contract.topic_key("camera/calibration"), detector.take_calibration),
         session.declare_subscriber(contract.topic_key("camera/frame"), frames.put),
-    ]
+        session.liveliness().declare_token(alive_key),
+    )
     detections, health = (
         session.declare_publisher(
             contract.topic_key(topic),
@@ -171,9 +173,8 @@ def run(session: zenoh.Session, contract: Contract, detector: ForeignDetector) -
         )
         for topic in ("detector/detection", "health")
     )
-    token = session.liveliness().declare_token(contract.key(contract.index["alive_key_expression"]))
     began_s = told_s = time.monotonic()
-    LOGGER.info("%d subscriptions, alive as %s", len(subscribers), token)
+    LOGGER.info("waiting for frames, alive at %s", alive_key)
     while True:
         taken = frames.take(HEALTH_PERIOD_S)
         answer = detector.detection(*taken) if taken is not None else None

@@ -10,7 +10,9 @@ import pytest
 from alight.geometry.camera import PinholeCamera
 from alight.geometry.rotation import R_from_quaternion
 from schemas.calibration import CameraCalibration
-from services.detector.detector import FoundMarker
+from schemas.settings import Settings
+from services.detector.conformance import CHECKS, drawn_pad
+from services.detector.detector import FoundMarker, View
 from services.detector.square_pose import located
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "foreign_detector" / "marker.py"
@@ -32,6 +34,42 @@ def example():
 @pytest.fixture
 def lens(example):
     return example.Lens.of(CALIBRATION.model_dump(mode="json"))
+
+
+@pytest.fixture
+def build(example, lens):
+    """The example as one of our own detectors would be built."""
+
+    class Adapter:
+        name = "foreign"
+        finder = example.MarkerFinder(example.PadMarker(**PAD))
+
+        def detect(self, view: View) -> tuple[FoundMarker, ...]:
+            return tuple(
+                FoundMarker(marker["family"], marker["id"], np.array(marker["corners_px"]), marker["corner_sigma_px"])
+                for marker in self.finder.find(view.picture, lens)
+            )
+
+        def counters(self) -> dict[str, int]:
+            return {}
+
+    return lambda settings: Adapter()
+
+
+@pytest.mark.parametrize("check", CHECKS)
+def test_it_passes_the_suite_that_our_own_detectors_are_under(build, check):
+    check(build)
+
+
+@pytest.mark.parametrize("side_px", [18.0, 60.0, 200.0])
+def test_corners_are_no_worse_than_it_says(example, lens, side_px):
+    finder = example.MarkerFinder(example.PadMarker(**PAD))
+    errors_px = []
+    for seed, turn_rad in enumerate(np.linspace(0.0, 6.0, 16)):
+        pad = drawn_pad(Settings(), side_px=side_px, turn_rad=float(turn_rad), seed=seed)
+        (marker,) = finder.find(pad.picture, lens)
+        errors_px.append(np.array(marker["corners_px"]) - pad.corners_px)
+    assert np.sqrt(np.mean(np.square(errors_px))) <= example.CORNER_SIGMA_PX
 
 
 def seen_corners_px(example, lens, seed: int) -> np.ndarray:
