@@ -57,10 +57,13 @@ class Contract:
         """A message that goes out, checked first.
 
         Raises:
-            UnusableError: If it does not keep to its schema.
+            UnusableError: If it does not keep to its schema, or holds NaN or infinity, which no schema can forbid.
         """
         self._check(topic, message)
-        return json.dumps(message, allow_nan=False).encode()
+        try:
+            return json.dumps(message, allow_nan=False).encode()
+        except ValueError as error:
+            raise UnusableError(f"{topic}: {error}") from None
 
     def _check(self, topic: str, message: object) -> None:
         error = next(self._validators[topic].iter_errors(message), None)
