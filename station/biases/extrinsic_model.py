@@ -61,7 +61,7 @@ def predicted_px(values: Array, sightings: Sightings, camera: BelievedCamera) ->
     """
     roll, pitch, yaw, forward_m, right_m, down_m, focal, size, pad_down_m, latency_s, azimuth = values
     at_s = sightings.captured_s - latency_s
-    R_ned_body = _matrices(sightings.attitude.at(at_s))
+    R_ned_body = rotation_matrices(sightings.attitude.at(at_s))
     R_mount = R_z(math.radians(yaw)) @ R_y(math.radians(pitch)) @ R_x(math.radians(roll))
     R_bc = R_mount @ R_body_camera(camera.q_body_gimbal)
     lever_m = np.add(camera.camera_in_body_m, (forward_m, right_m, down_m))
@@ -75,7 +75,7 @@ def predicted_px(values: Array, sightings: Sightings, camera: BelievedCamera) ->
     return lens.project(corners_camera_m.reshape(-1, 3)).reshape(sightings.corners_px.shape)
 
 
-def _matrices(q: Array) -> Array:
+def rotation_matrices(q: Array) -> Array:
     """Rotation matrices (N, 3, 3) of quaternions (N, 4), normalised here."""
     w, x, y, z = (q / np.linalg.norm(q, axis=1, keepdims=True)).T
     rows = (

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from pydantic import ValidationError
@@ -41,6 +42,11 @@ class RecordedHover:
     reference: Track
     """Of the vehicle from the surveyed place of the pad, north, east, down, metres, over UTC seconds from `epoch_ns`."""
     epoch_ns: int
+    true_attitude: Track | None
+    """Of simulated flights, q_ned_body."""
+    record: FlightRecord
+    most: int | None
+    """Fixes taken at most."""
 
 
 def read_hover(record: FlightRecord, surveyed_pad: GlobalPosition | None, most: int | None = None) -> RecordedHover:
@@ -63,8 +69,7 @@ def read_hover(record: FlightRecord, surveyed_pad: GlobalPosition | None, most: 
         raise FitError("the camera was on a gimbal that reports angles: biases are fitted for a fixed mount")
     epoch_ns = states[0].at_ns
     reference = _reference(record, settings, surveyed_pad, epoch_ns)
-    begin_ns = epoch_ns + nanoseconds(SETTLED_AFTER_S)
-    fixes = [fix for fix in record.messages(topics.PAD_FIX) if fix.raw is not None and fix.captured_at_ns >= begin_ns]
+    fixes = settled(record.messages(topics.PAD_FIX), epoch_ns)
     if not fixes:
         raise FitError("the recording has no fix of the pad")
     times_s = _seconds([state.at_ns for state in states], epoch_ns)
@@ -79,15 +84,34 @@ def read_hover(record: FlightRecord, surveyed_pad: GlobalPosition | None, most: 
         settings,
         reference,
         epoch_ns,
+        _true_attitude(record, epoch_ns),
+        record,
+        most,
     )
 
 
-def static_record(fixes: Sequence[PadFix], which: str, reference: Track, epoch_ns: int) -> StaticRecord:
+def settled(fixes: Sequence[PadFix], epoch_ns: int) -> list[PadFix]:
+    """Those with a place, after the first seconds."""
+    begin_ns = epoch_ns + nanoseconds(SETTLED_AFTER_S)
+    return [fix for fix in fixes if fix.raw is not None and fix.captured_at_ns >= begin_ns]
+
+
+def _true_attitude(record: FlightRecord, epoch_ns: int) -> Track | None:
+    truths = record.messages(topics.GROUND_TRUTH)
+    if not truths:
+        return None
+    q = unified(np.array([truth.q_ned_body for truth in truths]))
+    return Track(_seconds([truth.at_ns for truth in truths], epoch_ns), q)
+
+
+def static_record(
+    fixes: Sequence[PadFix], which: Literal["raw", "corrected"], reference: Track, epoch_ns: int
+) -> StaticRecord:
     """Fixes of one hover about its place, which is the mean of the reference to the decimetre.
 
     Args:
         fixes: With `raw` and `corrected`.
-        which: `raw` or `corrected`.
+        which: Before or after the correction.
         reference: See `RecordedHover`.
         epoch_ns: From when its times count.
     """

@@ -14,6 +14,7 @@ from services.camera.calibration_file import calibration_text, configured_calibr
 from services.camera.files import VIDEO_SUFFIXES, FilesError, listed_files, pictures_in
 from services.camera.simulated_camera import true_camera
 from services.detector.node import grey
+from station.calibrate import bias_command
 from station.calibrate.board import BoardError, CalibrationBoard, Grey, board_from
 from station.calibrate.coverage import Coverage
 from station.calibrate.judge import complaints_after, complaints_before
@@ -32,7 +33,7 @@ class InputError(ValueError):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Describe `alight calibrate camera`."""
+    """Describe `alight calibrate camera` and `alight calibrate bias`."""
     actions = parser.add_subparsers(title="what", metavar="WHAT", required=True)
     meaning = "find a camera's intrinsic parameters from pictures of a board"
     camera = actions.add_parser("camera", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
@@ -57,6 +58,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--out", type=Path, default=Path("calibration"), metavar="DIR", help="where to write (default: %(default)s)"
     )
     camera.set_defaults(run=run)
+    meaning = "find the installation's systematic error from recorded hovers above and beside the pad"
+    bias = actions.add_parser("bias", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
+    bias_command.add_arguments(bias)
+    bias.set_defaults(run=bias_command.run)
 
 
 def run(arguments: argparse.Namespace) -> int:

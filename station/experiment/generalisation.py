@@ -1,0 +1,78 @@
+"""How the corrections do where they were not fitted: other heights, headings and tilts."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from station.biases.corrected_hover import with_true_attitude
+from station.biases.quality import Quality
+from station.biases.recorded_hover import RecordedHover
+from station.biases.sightings import Array
+from station.biases.study import VARIANTS, Study
+from station.experiment.hover_plan import HoverPlace
+from station.report.figures.static_records import StaticRecord
+
+LIMIT_M, LIMIT_OF_RANGE = 0.02, 0.001
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One kind of hover that is not in the fit."""
+
+    label: str
+    range_m: float
+    """From the vehicle to the pad, mean."""
+    rmse_m: dict[str, Array]
+    """North, east, down by `raw` and variant."""
+    own_m: dict[str, Array]
+    """The same with the autopilot's attitude error taken out: the correction's own."""
+
+    @property
+    def limit_m(self) -> float:
+        """What `extrinsic` should keep to, north and east."""
+        return LIMIT_M + LIMIT_OF_RANGE * self.range_m
+
+
+def generalise(study: Study, places: Sequence[HoverPlace], hovers: Sequence[RecordedHover]) -> list[Condition]:
+    """Apply the study's corrections to hovers elsewhere.
+
+    Args:
+        study: The fits.
+        places: What was asked of each hover.
+        hovers: In the same order.
+    """
+    labels = dict.fromkeys(place.label for place in places)
+    return [
+        _condition(study, label, [hover for hover, place in zip(hovers, places, strict=True) if place.label == label])
+        for label in labels
+    ]
+
+
+def _condition(study: Study, label: str, hovers: Sequence[RecordedHover]) -> Condition:
+    records: dict[str, list[StaticRecord]] = {"raw": [hover.static for hover in hovers]}
+    records |= {variant: [study.relocated(hover, variant) for hover in hovers] for variant in VARIANTS}
+    own = {
+        name: [with_true_attitude(hover, record) for hover, record in zip(hovers, of_name, strict=True)]
+        for name, of_name in records.items()
+    }
+    return Condition(
+        label,
+        float(np.mean([np.linalg.norm(hover.static.true_ned_m) for hover in hovers])),
+        {name: Quality.of(of_name).rmse_m for name, of_name in records.items()},
+        {name: Quality.of(of_name).rmse_m for name, of_name in own.items()},
+    )
+
+
+def generalisation_lines(conditions: Sequence[Condition]) -> Iterator[str]:
+    """The table, for a terminal."""
+    names = ("raw", "mean", "extrinsic")
+    yield "Not in the fit: RMSE north / east / down, cm; cylindrical is the variant `mean`"
+    head = f"{'':<18}{'range':>7}" + "".join(f"{name:>22}" for name in ("raw", "cylindrical", "extrinsic"))
+    for title, kept in (("as flown, with the autopilot's attitude", "rmse_m"), ("with the true attitude", "own_m")):
+        yield f"\n{title}\n{head}   limit N, E"
+        for one in conditions:
+            table: dict[str, Array] = getattr(one, kept)
+            cells = "".join(" / ".join(f"{100 * value:.1f}" for value in table[name]).rjust(22) for name in names)
+            verdict = "met" if table["extrinsic"][:2].max() <= one.limit_m else "NOT met"
+            yield f"{one.label:<18}{one.range_m:>5.1f} m{cells}{100 * one.limit_m:>9.1f} {verdict}"
