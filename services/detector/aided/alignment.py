@@ -36,9 +36,9 @@ _SLOPE_SIGMA = 20.0
 _EDGE_ANGLE_SIGMA, _EDGE_OFFSET_SIGMA, _EDGE_LOG_SIGMA = 0.3, 1.0, 0.5
 _LARGEST_EDGE_STEP = np.array((0.2, 0.6, 0.3))
 _BLURS = slice(6, 9)
-_MODEL_SIGMA_PX = 0.036
-"""What the model misses (the shape of motion blur, grain beside the board), as an error of a corner's coordinate in pixels of the compared picture. With it
-the errors of 191 rendered pads from 4 m to 36 m have the variance that is told, on average over the heights (0.8 to 1.4 of it)."""
+_MODEL_SIGMA_SIDES = 5.7e-4
+"""What the model misses (the shape of motion blur, soft shadows, grain beside the board), as an error of a corner's coordinate in parts of the side. With
+it the variance that is told is that of the errors of 191 rendered pads from 4 m to 36 m, in the mean of all."""
 
 
 @dataclass(frozen=True)
@@ -359,13 +359,14 @@ class Aligner:
     def _finished(self, patch: Patch, fit: _Step) -> Alignment:
         corners = self.corners_px(fit.guess.view)
         slopes = self._corner_slopes(fit.guess.view)
+        side_px = float(np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).mean())
         centred = fit.model.brightness - fit.model.brightness.mean()
         remaining = fit.model.residual - fit.model.residual.mean()
         total = max(float(centred @ centred), 1e-9)
         return Alignment(
             guess=fit.guess,
             corners_px=corners,
-            corner_covariance_px2=_with_model_error(slopes @ fit.covariance @ slopes.T, patch.shrink),
+            corner_covariance_px2=_with_model_error(slopes @ fit.covariance @ slopes.T, side_px),
             likeness=math.sqrt(max(1.0 - float(remaining @ remaining) / total, 0.0)),
             unexplained_without_code=math.sqrt(
                 fit.model.light.unexplained_without_code(fit.model.brightness) / len(fit.model.residual)
@@ -373,7 +374,7 @@ class Aligner:
             plausible=_is_plausible(fit),
             light=fit.model.factors,
             residual=math.sqrt(float(fit.model.residual @ fit.model.residual) / len(fit.model.residual)),
-            side_px=float(np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).mean()),
+            side_px=side_px,
             patch=patch,
             differences=fit.model.residual,
         )
@@ -389,10 +390,10 @@ class Aligner:
         return np.array(rows)
 
 
-def _with_model_error(covariance: Array, shrink: int) -> Array:
+def _with_model_error(covariance: Array, side_px: float) -> Array:
     """The covariance of the corners made larger by what the model misses; it stays that of a square that moves."""
     variance = max(float(np.trace(covariance)) / 8.0, 1e-12)
-    enlarged: Array = covariance * (1.0 + (_MODEL_SIGMA_PX * shrink) ** 2 / variance)
+    enlarged: Array = covariance * (1.0 + (_MODEL_SIGMA_SIDES * side_px) ** 2 / variance)
     return enlarged
 
 
