@@ -69,6 +69,8 @@ class SharedErrors(Part):
     """Principal point, down the picture."""
     timing_ned_m: Vector3
     """Capture time against the time of the pose: along the pad's apparent motion."""
+    size_ned_m: Vector3 = (0.0, 0.0, 0.0)
+    """Size of the pad in the picture: along the optical axis. It passes as the pad grows."""
     heading_rad: Annotated[float, Field(ge=0.0)]
     """The heading's standard deviation itself, which the azimuth shares, rad."""
 

@@ -48,6 +48,8 @@ class Kalman(Section):
     """For how long an error of the camera's calibration lasts, seconds."""
     timing_time_s: Duration = 60.0
     """For how long an error of the capture time lasts, seconds."""
+    size_time_s: Duration = 10.0
+    """For how long an error of the pad's size in the picture lasts, seconds."""
     azimuth_wander_deg: Standard = 0.2
     """How far the heading walks at random within a second, degrees."""
     pad_mps: Standard = 1.5

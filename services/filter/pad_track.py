@@ -24,8 +24,8 @@ from services.filter.sighting import Sighting
 
 Array = NDArray[np.float64]
 
-_PLACE, _DRIFT, _SHARED = slice(0, 3), slice(3, 6), slice(6, 13)
-_SIZE = 13
+_PLACE, _DRIFT, _SHARED = slice(0, 3), slice(3, 6), slice(6, 14)
+_SIZE = 14
 _EYE3 = np.eye(3)
 
 
@@ -40,7 +40,7 @@ class Innovation:
     inverse: Array
     """(3, 3), of the covariance, 1/m^2."""
     cross_m2: Array
-    """(13, 3), covariance of the state with the innovation."""
+    """(14, 3), covariance of the state with the innovation."""
     turn_rad: float
     """The same of the azimuth."""
     turn_variance_rad2: float
@@ -49,7 +49,7 @@ class Innovation:
 
 
 class PadTrack:
-    """State: place (3), drift (3), lasting errors (7), and apart from these the azimuth."""
+    """State: place (3), drift (3), lasting errors (8), and apart from these the azimuth."""
 
     def __init__(self, sighting: Sighting, settings: Kalman, *, moving: bool) -> None:
         """Begin at a sighting."""
@@ -69,6 +69,7 @@ class PadTrack:
             settings.heading_time_s,
             *(settings.lens_time_s,) * 3,
             settings.timing_time_s,
+            settings.size_time_s,
         )
         self._fading_per_s = -1.0 / np.array(times_s)
         C = sighting.shared_m
@@ -76,7 +77,7 @@ class PadTrack:
         x[_PLACE] = sighting.place_m
         P[_PLACE, _PLACE] = sighting.noise_m2 + self._q_noise * _EYE3 + C @ C.T
         P[_PLACE, _SHARED], P[_SHARED, _PLACE] = -C, -C.T
-        P[_SHARED, _SHARED] = np.eye(7)
+        P[_SHARED, _SHARED] = np.eye(8)
         P[_DRIFT, _DRIFT] = np.diag(self._rate2)
         self._x, self._P = x, P
         self._azimuth_rad = sighting.azimuth_rad

@@ -28,7 +28,7 @@ class Sighting:
     noise_m2: Array
     """(3, 3), covariance of the part of the error that is new in each fix."""
     shared_m: Array
-    """(3, 7), where one standard deviation of each lasting error puts the pad; see `SharedErrors`."""
+    """(3, 8), where one standard deviation of each lasting error puts the pad; see `SharedErrors`."""
     azimuth_rad: float
     azimuth_noise_rad2: float
     heading_rad: float
@@ -63,6 +63,7 @@ def sighting_of(fix: PadFix, frame: NavigationFrame, settings: FilterMethod) -> 
                 shared.principal_x_ned_m,
                 shared.principal_y_ned_m,
                 shared.timing_ned_m,
+                shared.size_ned_m,
             )
         ).T
     return _sighting(fix, seen, frame, noise, shared_m, azimuth_noise, heading)
@@ -103,7 +104,7 @@ def _covariance(values: Matrix3) -> Array | None:
 def _turned(pad_ned_m: Vector3, turn: float, heading: float) -> Array:
     """What a fix shares that does not say so: turns about north, east and down, in the order of `SharedErrors`."""
     n, e, d = pad_ned_m
-    shared = np.zeros((3, 7))
+    shared = np.zeros((3, 8))
     shared[:, 0] = (0.0, -turn * d, turn * e)
     shared[:, 1] = (turn * d, 0.0, -turn * n)
     shared[:, 2] = (-heading * e, heading * n, 0.0)

@@ -24,6 +24,7 @@ _NAMES = (
     "range_ned_m",
     "principal_x_ned_m",
     "principal_y_ned_m",
+    "size_ned_m",
     "timing_ned_m",
 )
 
@@ -50,8 +51,17 @@ def fix_covariance(
     pad_ned_m: Vector3,
     calibration: CameraCalibration,
     uncertainty: FixUncertainty,
+    extent_px: float,
 ) -> FixCovariance:
     """Corners, lens, attitude and mount, timing and position, as independent contributions.
+
+    Args:
+        pose: The pad's, by the detector.
+        view: From where it was seen.
+        pad_ned_m: The vector that the covariance is for.
+        calibration: The camera's.
+        uncertainty: Standard deviations behind it.
+        extent_px: How large the pad is in the picture.
 
     The systematic correction (Eq. 24) changes lengths by a few per cent; its Jacobian is taken as the identity.
 
@@ -66,6 +76,8 @@ def fix_covariance(
     noise = R @ C[:3, :3] @ R.T + _from_attitude(pad_ned_m, unknown_turn2)
     noise[_DIAGONAL] += vehicle.position_sigma_m**2
     displacements = _displacements(R, pose.position_camera_m[2], pad_ned_m, calibration, uncertainty)
+    along_axis = uncertainty.pad_size_px / extent_px * pose.position_camera_m[2]
+    displacements.append((R[0, 2] * along_axis, R[1, 2] * along_axis, R[2, 2] * along_axis))
     displacements.append(_slip(pad_ned_m, vehicle.velocity_ned_mps, rate_ned, time_sigma_s))
     J = np.array(displacements)
     total = noise + J.T @ J

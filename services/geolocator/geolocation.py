@@ -49,7 +49,9 @@ def geolocate(
     max_tilt_rad = math.radians(settings.level.max_pad_tilt_deg)
     solution = choose(pad, true.q_ned_camera, max_tilt_rad, attitude_sigma_rad)
     raw, corrected = _raw_and_corrected(solution, believed, true, settings.correction)
-    covariance = fix_covariance(solution.pose, true, corrected.pad_ned_m, calibration, settings.uncertainty)
+    covariance = fix_covariance(
+        solution.pose, true, corrected.pad_ned_m, calibration, settings.uncertainty, pad.extent_px
+    )
     return PadFix(
         captured_at_ns=detection.captured_at_ns,
         hops=detection.hops,

@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 USABLE_S = 0.5
 """An estimate whose light is older than this does not count as available."""
+_UNJUDGED = (FusionVerdict.OUTLIER, FusionVerdict.REINITIALISED, FusionVerdict.STARTED)
+"""Refused fixes, and those before there was anything to judge by."""
 _GRID_NS = nanoseconds(0.05)
 
 
@@ -128,13 +130,13 @@ def estimate_score(
 def fix_claims(
     truth: FlightTruth, fixes: Sequence[Logged[PadFix]], verdicts: dict[int, FusionVerdict]
 ) -> tuple[Claim, ...]:
-    """The fixes that the filter did not refuse as outliers, with the covariance of the vector itself."""
+    """The fixes that the filter judged and did not refuse as outliers, with the covariance of the vector itself."""
     claims = []
     for logged in fixes:
         fix = logged.message
         if fix.corrected is None or fix.noise_covariance_ned_m2 is None or fix.shared is None:
             continue
-        if verdicts.get(fix.captured_at_ns) in (FusionVerdict.OUTLIER, FusionVerdict.REINITIALISED):
+        if verdicts.get(fix.captured_at_ns) in _UNJUDGED:
             continue
         vectors = np.array([value for key, value in fix.shared if key.endswith("_ned_m")])
         covariance = _matrix(fix.noise_covariance_ned_m2) + vectors.T @ vectors

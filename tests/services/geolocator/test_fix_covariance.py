@@ -13,7 +13,7 @@ from schemas.fix import FixVerdict
 from schemas.settings.geolocator import FixUncertainty
 
 NONE = FixUncertainty(
-    roll_pitch_deg=0.0, yaw_deg=0.0, time_s=0.0, position_m=0.0, focal_fraction=0.0, principal_point_px=0.0,
+    roll_pitch_deg=0.0, yaw_deg=0.0, time_s=0.0, position_m=0.0, focal_fraction=0.0, principal_point_px=0.0, pad_size_px=0.0,
     acceleration_mps2=0.0, angular_acceleration_rps2=0.0,
 )  # fmt: skip
 SCENE = Scene(
