@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from alight.geometry.camera import PinholeCamera
 from alight.geometry.rotation import R_from_quaternion, quaternion_from_R, quaternion_from_rotation_vector
 from schemas.detection import MarkerPose
-from services.detector.square_pose import PRIOR_POSITION_SIGMA_M, PRIOR_ROTATION_SIGMA_RAD
+from services.detector.square_pose import PRIOR_POSITION_SIGMA_M, PRIOR_ROTATION_SIGMA_RAD, SAME_ROTATION_TRACE
 
 Array = NDArray[np.float64]
 
@@ -17,7 +17,6 @@ _MOST_STEPS = 12
 _SETTLED_ROTATION_RAD = 1e-7
 _FIRST_DAMPING = 1e-6
 _NEAREST_M = 1e-3
-_SAME_ROTATION_TRACE = 2.9999
 
 
 @dataclass(frozen=True)
@@ -86,7 +85,7 @@ def planar_poses(seen: SeenPoints, camera: PinholeCamera) -> tuple[PlanarPose, .
     ]
     found = [pose for R, t in starts if (pose := _settled(R, t, seen, rays, camera)) is not None]
     found.sort(key=lambda pose: pose.chi2)
-    if len(found) == 2 and float(np.trace(found[0].R_camera_plane.T @ found[1].R_camera_plane)) > _SAME_ROTATION_TRACE:
+    if len(found) == 2 and float(np.trace(found[0].R_camera_plane.T @ found[1].R_camera_plane)) > SAME_ROTATION_TRACE:
         found.pop()
     return tuple(found)
 

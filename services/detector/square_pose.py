@@ -16,6 +16,9 @@ PRIOR_POSITION_SIGMA_M = 1000.0
 PRIOR_ROTATION_SIGMA_RAD = 1.0
 """How much a rotation may be wrong at all; rules where a square seen from straight above does not show its tilt."""
 
+SAME_ROTATION_TRACE = 2.9999
+"""Trace of the rotation between two poses that counts as none: less than 0.6 degrees."""
+
 _NEAREST_M = 1e-3
 
 
@@ -36,7 +39,7 @@ def located(found: FoundMarker, side_m: float, camera: PinholeCamera) -> Marker 
     rays = camera.undistorted(found.corners_px)
     if not np.isfinite(rays).all():
         return None
-    poses = [_pose(R, t, found, side_m, camera) for R, t in _ippe(rays, side_m)]
+    poses = [_pose(R, t, found, side_m, camera) for R, t in _distinct(_ippe(rays, side_m))]
     seen = sorted((pose for pose in poses if pose is not None), key=lambda pose: pose.reprojection_error_px)
     if not seen:
         return None
@@ -69,6 +72,13 @@ def _settled(
     points_m, seen = square_points_m(side_m), rays.reshape(4, 1, 2)
     rotation, position = cv2.solvePnPRefineLM(points_m, seen, np.eye(3), np.zeros(5), rotation.copy(), position.copy())
     return np.asarray(cv2.Rodrigues(rotation)[0], float), np.asarray(position, float).reshape(3)
+
+
+def _distinct(poses: list[tuple[Array, Array]]) -> list[tuple[Array, Array]]:
+    """Where the picture allows but one pose, both of IPPE's settle in it: then it is one."""
+    if len(poses) == 2 and float(np.trace(poses[0][0].T @ poses[1][0])) > SAME_ROTATION_TRACE:
+        return poses[:1]
+    return poses
 
 
 def _pose(R: Array, t: Array, found: FoundMarker, side_m: float, camera: PinholeCamera) -> MarkerPose | None:
