@@ -39,7 +39,7 @@ def located(found: FoundMarker, side_m: float, camera: PinholeCamera) -> Marker 
     rays = camera.undistorted(found.corners_px)
     if not np.isfinite(rays).all():
         return None
-    poses = [_pose(R, t, found, side_m, camera) for R, t in _distinct(_ippe(rays, side_m))]
+    poses = [_pose(R, t, found, side_m, camera) for R, t in _ippe(rays, side_m)]
     seen = sorted((pose for pose in poses if pose is not None), key=lambda pose: pose.reprojection_error_px)
     if not seen:
         return None
@@ -56,13 +56,18 @@ def located(found: FoundMarker, side_m: float, camera: PinholeCamera) -> Marker 
 
 
 def _ippe(rays: Array, side_m: float) -> list[tuple[Array, Array]]:
+    """Both solutions, each settled where it fits best; the second as IPPE gives it where it would settle in the first."""
     try:
         count, rotations, positions, _ = cv2.solvePnPGeneric(
             square_points_m(side_m), rays.reshape(4, 1, 2), np.eye(3), np.zeros(5), flags=cv2.SOLVEPNP_IPPE_SQUARE
         )
     except cv2.error:
         return []
-    return [_settled(rotations[index], positions[index], rays, side_m) for index in range(count)]
+    settled = [_settled(rotations[index], positions[index], rays, side_m) for index in range(count)]
+    if len(settled) < 2 or not _turn_alike(*settled):
+        return settled
+    given = np.asarray(cv2.Rodrigues(rotations[1])[0], float), np.asarray(positions[1], float).reshape(3)
+    return settled[:1] if _turn_alike(settled[0], given) else [settled[0], given]
 
 
 def _settled(
@@ -74,11 +79,8 @@ def _settled(
     return np.asarray(cv2.Rodrigues(rotation)[0], float), np.asarray(position, float).reshape(3)
 
 
-def _distinct(poses: list[tuple[Array, Array]]) -> list[tuple[Array, Array]]:
-    """Where the picture allows but one pose, both of IPPE's settle in it: then it is one."""
-    if len(poses) == 2 and float(np.trace(poses[0][0].T @ poses[1][0])) > SAME_ROTATION_TRACE:
-        return poses[:1]
-    return poses
+def _turn_alike(one: tuple[Array, Array], other: tuple[Array, Array]) -> bool:
+    return float(np.trace(one[0].T @ other[0])) > SAME_ROTATION_TRACE
 
 
 def _pose(R: Array, t: Array, found: FoundMarker, side_m: float, camera: PinholeCamera) -> MarkerPose | None:

@@ -42,9 +42,10 @@ def test_two_poses_are_never_the_same_one_twice_and_the_better_comes_first(dista
     assert marker.ambiguity == pytest.approx(errors_px[0] / errors_px[1])
 
 
-def test_near_by_the_picture_allows_but_one() -> None:
+def test_near_by_the_second_pose_fits_much_worse() -> None:
     marker = located(seen_from(2.0, 0.1, -0.05), 1.0, CAMERA)
-    assert marker is not None and len(marker.poses) == 1
+    assert marker is not None and len(marker.poses) == 2
+    assert marker.ambiguity < 0.01
 
 
 def test_far_away_it_allows_two() -> None:
