@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from alight.geometry.camera import PinholeCamera
 from services.detector.aided.light import Lit, ShadowEdge, is_plausible, light_at, likeliest_edge, lit
 from services.detector.aided.marker_view import MarkerView, TiltPrior
+from services.detector.aided.one_thread import gram
 from services.detector.aided.pattern import Pattern, Shades
 from services.detector.aided.pixel_rays import PixelRays
 from services.detector.detector import GreyPicture
@@ -290,10 +291,12 @@ class Aligner:
         white = shades.white + s_uv * shades.white_uv
         light = lit(white, shades, u, v, self._half, guess.edge, (s_u + s_v) / 2.0)
         columns = light.columns
-        A = columns.T @ columns
+        A = gram(columns)
         weights, means = _light_prior(columns.shape[1], _LEAST_NOISE)
         A.flat[:: columns.shape[1] + 1] += weights
-        factors = np.asarray(np.linalg.solve(A, columns.T @ patch.brightness + weights * means), np.float64)
+        factors = np.asarray(
+            np.linalg.solve(A, np.einsum("ij,i->j", columns, patch.brightness) + weights * means), np.float64
+        )
         ink, paper, ground = light.local(factors)
         gain = paper - ink
         px_u, px_v = self._px_per_cell(guess.view)
@@ -307,14 +310,14 @@ class Aligner:
         jacobian = np.column_stack((f_u[:, None] * du + f_v[:, None] * dv, *blurs, columns))
         if guess.edge is not None:
             jacobian = np.column_stack((jacobian, *light.edge_slopes(factors, u, v, self._half, guess.edge)))
-        residual = np.asarray(patch.brightness - columns @ factors, np.float64)
+        residual = np.asarray(patch.brightness - np.einsum("ij,j->i", columns, factors), np.float64)
         return _Model(u, v, du, dv, shades, light, factors, patch.brightness, residual, jacobian)
 
     def _step(self, patch: Patch, guess: Guess, tilt: TiltPrior) -> _Step | None:
         model = self._model(patch, guess)
         J, residual = model.jacobian, model.residual
         noise2 = max(float(residual @ residual) / max(len(residual) - J.shape[1], 8), _LEAST_NOISE**2)
-        M, g = J.T @ J / noise2, J.T @ residual / noise2
+        M, g = gram(J) / noise2, np.einsum("ij,i->j", J, residual) / noise2
         _add_priors(M, g, guess, tilt, model.factors)
         try:
             inverse = np.linalg.inv(M)
@@ -327,7 +330,7 @@ class Aligner:
         moved = self._moved(guess, step)
         if not moved.view.t[2] > 0.0:
             return None
-        change = model.du @ step[:6], model.dv @ step[:6]
+        change = np.einsum("ij,j->i", model.du, step[:6]), np.einsum("ij,j->i", model.dv, step[:6])
         moved_cells = math.sqrt(float(change[0] @ change[0] + change[1] @ change[1]) / len(residual))
         return _Step(moved, moved_cells, inverse[:6, :6], model)
 

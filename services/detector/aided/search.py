@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from services.detector.aided.one_thread import product
 from services.detector.aided.pattern import Pattern
 from services.detector.detector import GreyPicture
 
@@ -149,7 +150,7 @@ class PatternSearch:
 
     def _spread(self, parts: Field) -> Field:
         """Norm of what the smooth part of the light does not explain, (n,)."""
-        smooth = parts @ self._smooth
+        smooth = product(parts, self._smooth)
         squares = np.einsum("ij,ij->i", parts, parts) - np.einsum("ij,ij->i", smooth, smooth)
         return np.asarray(np.sqrt(np.maximum(squares, 0.0)), np.float32)
 
@@ -186,7 +187,7 @@ class PatternSearch:
         offsets = np.array([(dy, dx) for dy in down for dx in right])
         every_row = (rows[:, None] + offsets[:, 0]).ravel()
         parts = self._parts(around, every_row, (columns[:, None] + offsets[:, 1]).ravel())
-        scores = (parts @ self._bank.T) / (self._spread(parts) + self._floor)[:, None]
+        scores = product(parts, self._bank.T) / (self._spread(parts) + self._floor)[:, None]
         shape = scores.argmax(axis=1)
         best = scores[np.arange(len(shape)), shape].reshape(len(rows), -1)
         choice = best.argmax(axis=1)

@@ -6,6 +6,7 @@ import numpy as np
 
 from services.detector.aided.alignment import Aligner, Alignment
 from services.detector.aided.marker_view import TiltPrior
+from services.detector.aided.one_thread import gram
 from services.detector.detector import Prior
 
 LEAST_LIKENESS = 0.905
@@ -54,11 +55,14 @@ def largest_cell_error(alignment: Alignment, aligner: Aligner, noise: float) -> 
 
     The most probable brightnesses of all cells at once, given the residual and that cells are about as printed.
     """
-    shares = aligner.cell_shares(alignment) * aligner.contrast(alignment)[:, None]
-    A = shares.T @ shares
-    A.flat[:: len(A) + 1] += max(noise, _LEAST_NOISE) ** 2 / _CELL_SIGMA**2
-    error = np.linalg.solve(A, shares.T @ alignment.differences).reshape([aligner.pattern.count + 2] * 2)
-    return float(np.abs(error[1:-1, 1:-1]).max())
+    side = aligner.pattern.count + 2
+    shares = (
+        aligner.cell_shares(alignment).reshape(-1, side, side)[:, 1:-1, 1:-1].reshape(len(alignment.differences), -1)
+    )
+    shares = shares * aligner.contrast(alignment)[:, None]
+    A = gram(shares) + max(noise, _LEAST_NOISE) ** 2 / _CELL_SIGMA**2 * np.eye(shares.shape[1])
+    error = np.linalg.solve(A, np.einsum("ij,i->j", shares, alignment.differences))
+    return float(np.abs(error).max())
 
 
 def _fits_tilt(alignment: Alignment, tilt: TiltPrior) -> bool:
