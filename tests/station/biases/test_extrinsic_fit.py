@@ -61,8 +61,13 @@ WRONG = installation(
 )
 
 
-def test_all_that_several_heights_show_is_recovered_within_three_sigmas():
-    fit = fit_extrinsic(hovers(WRONG, HEIGHTS_M), CAMERA)
+@pytest.fixture(scope="module")
+def fit():
+    """To hovers that show everything."""
+    return fit_extrinsic(hovers(WRONG, HEIGHTS_M), CAMERA)
+
+
+def test_all_that_several_heights_show_is_recovered_within_three_sigmas(fit):
     assert fit.warnings() == []
     assert np.abs((fit.values - WRONG) / fit.sigmas).max() < 3.5
     assert fit.value("mount_yaw_deg") == pytest.approx(-4.0, abs=0.1)
@@ -94,8 +99,8 @@ def test_gross_outliers_hardly_matter():
     assert fit.value("pad_scale") == pytest.approx(0.975, abs=0.003)
 
 
-def test_the_pads_own_height_and_azimuth_are_not_corrected():
-    extrinsic = fit_extrinsic(hovers(WRONG, HEIGHTS_M), CAMERA).correction().extrinsic
+def test_the_pads_own_height_and_azimuth_are_not_corrected(fit):
+    extrinsic = fit.correction().extrinsic
     assert extrinsic.mount_yaw_deg == pytest.approx(-4.0, abs=0.1)
     assert "pad_down_m" not in type(extrinsic).model_fields
 
