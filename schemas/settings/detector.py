@@ -35,6 +35,6 @@ class Aruco(Section):
 class DetectorSettings(Section):
     """How markers are found. Which marker is the pad stands in the section `pad`."""
 
-    backend: str = "aruco"
-    """Name of the detector."""
+    backend: str = "aided"
+    """Name of the detector: `aided`, `aruco`, or one that an installed package brings (docs/detectors.md)."""
     aruco: Aruco = Aruco()

@@ -90,7 +90,7 @@ def test_a_prediction_elsewhere_loses_nothing(studio) -> None:
 
 
 @pytest.mark.parametrize("height_m", [6.0, 15.0, 30.0])
-def test_the_fit_is_as_exact_as_it_says(studio, aligner, height_m) -> None:
+def test_in_still_and_evenly_lit_pictures_the_fit_is_no_less_exact_than_it_says(studio, aligner, height_m) -> None:
     ratios = []
     for number in range(8):
         shot = studio.shoot_at_random(height_m, number)
@@ -99,7 +99,7 @@ def test_the_fit_is_as_exact_as_it_says(studio, aligner, height_m) -> None:
         error = (fit.corners_px - shot.corners_px).ravel()
         ratios.append(error @ error / np.trace(fit.corner_covariance_px2))
         assert fit.plausible
-    assert 0.2 < np.mean(ratios) < 2.5
+    assert np.mean(ratios) < 1.5
 
 
 def test_the_slopes_of_the_pattern_are_those_of_its_shades() -> None:

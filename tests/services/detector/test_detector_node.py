@@ -47,7 +47,7 @@ def node():
 def test_a_detection_carries_the_frames_time_number_and_hops(node, studio) -> None:
     detection = detection_of(node, studio.shoot(0.0, 0.0, -6.0).picture, sequence=7)
     assert (detection.captured_at_ns, detection.frame_sequence, detection.hops) == (1_000_000_007, 7, (HOP,))
-    assert detection.detector == "aruco"
+    assert detection.detector == "aided"
     (marker,) = detection.markers
     assert (marker.family, marker.id, marker.side_m) == ("5x5_1000", 68, 1.0)
 
