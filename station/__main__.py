@@ -29,6 +29,13 @@ in flight, from any machine on the bus:
 
 afterwards:
   alight report flights/<time>/flight.mcap
+  alight replay flights/<time> --through detector,geolocator,filter,commander
+                             do the services of today still say what they said?
+  alight recording info flights/<time>
+
+for your own camera and pad:
+  alight calibrate camera PICTURES --board chessboard:9x6:0.20
+  alight pad print nested --paper A4 --out pad.pdf
 """
 
 EPILOG = "Every setting is in docs/settings.md; when something is odd, docs/troubleshooting.md: symptom, cause, remedy."
