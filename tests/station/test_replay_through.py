@@ -103,7 +103,8 @@ def test_a_message_that_there_was_not_in_flight_reaches_its_readers(recording: R
 def test_a_picture_that_was_not_kept_is_named_and_the_recorded_detection_stands_in(
     recording: ReplayRecording, tmp_path: Path
 ) -> None:
-    lost_ns = recording.of(topics.FRAME)[5].stamp_ns
+    # The last one: a detector that follows the pad begins from the frame before, so later ones would differ in their last digits.
+    lost_ns = recording.of(topics.FRAME)[-1].stamp_ns
     gappy = altered(recording, tmp_path / "gappy.mcap", as_it_is, lambda captured_at_ns: captured_at_ns != lost_ns)
     result = replay(gappy, ("detector", "geolocator", "filter"))
     assert result.counts[topics.DETECTION.name].stand_in == 1

@@ -7,7 +7,7 @@ import pytest
 from flight_process import flight
 
 from schemas import topics
-from services.detector import edge_corners
+from services.detector.aided import alignment
 from station.__main__ import main
 from station.replay.recording import ReplayRecording
 from station.replay.replay import replay
@@ -41,8 +41,8 @@ def test_a_live_flight_is_repeated_to_the_last_bit(recorded: Path) -> None:
 def test_the_comparison_finds_one_ulp_in_a_constant_of_the_detector(
     recorded: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    changed = math.nextafter(edge_corners._MODEL_SIGMA_PX, 1.0)
-    monkeypatch.setattr(edge_corners, "_MODEL_SIGMA_PX", changed)
+    changed = math.nextafter(alignment._MODEL_SIGMA_SIDES, 1.0)
+    monkeypatch.setattr(alignment, "_MODEL_SIGMA_SIDES", changed)
     assert main(["replay", str(recorded), "--through", "detector,geolocator,filter"]) == 1
     told = capsys.readouterr().out
     assert "first divergence: detector/detection of" in told
