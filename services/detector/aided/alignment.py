@@ -31,6 +31,8 @@ _LARGEST_SHIFT_CELLS = 1.0
 _LARGEST_APPROACH = 0.15
 _LARGEST_BLUR_STEP = 0.3
 _CONVERGED_CELLS = 8e-3
+_STAYED_CELLS = 0.3
+"""A smaller step leaves the same pixels in view."""
 _GROUND_LEVEL, _GROUND_SIGMA = 128.0, 100.0
 _INK, _PAPER = 28.0, 218.0
 _SLOPE_SIGMA = 20.0
@@ -141,7 +143,7 @@ class Aligner:
         self.side_m = side_m
         self._rays = rays
         self._half = pattern.count / 2.0
-        self._cell_m = side_m / pattern.count
+        self.cell_m = side_m / pattern.count
         half = side_m / 2.0
         self._corners_m = np.array([[-half, half, 0.0], [half, half, 0.0], [half, -half, 0.0], [-half, -half, 0.0]])
 
@@ -171,7 +173,7 @@ class Aligner:
             guess = step.guess
             if step.moved_cells < _CONVERGED_CELLS:
                 break
-            if count == 2 and count + 1 < steps:
+            if count == 2 and count + 1 < steps and step.moved_cells > _STAYED_CELLS:
                 patch = self._patch(picture, guess.view)
         return self._finished(patch, step) if step is not None and patch is not None else None
 
@@ -203,7 +205,7 @@ class Aligner:
         """Where rays (N, 2) meet the print: u and v in cells, and a number that is positive before the camera, each (N,)."""
         G = np.linalg.inv(np.column_stack((view.R[:, 0], view.R[:, 1], view.t)))
         hit = rays @ G[:, :2].T + G[:, 2]
-        scale = 1.0 / (hit[:, 2] * self._cell_m)
+        scale = 1.0 / (hit[:, 2] * self.cell_m)
         return hit[:, 0] * scale + self._half, self._half - hit[:, 1] * scale, hit[:, 2]
 
     def cell_shares(self, alignment: Alignment) -> Array:
@@ -251,11 +253,11 @@ class Aligner:
     def _slopes(self, rays: Array, view: MarkerView, u: Array, v: Array) -> tuple[Array, Array]:
         """Derivatives (N, 6) of u and v by (shift as a part of the distance, turn) of the marker in the camera frame."""
         r1, r2, _ = view.R.T
-        m = ((u - self._half) * self._cell_m)[:, None] * r1 + ((self._half - v) * self._cell_m)[:, None] * r2
+        m = ((u - self._half) * self.cell_m)[:, None] * r1 + ((self._half - v) * self.cell_m)[:, None] * r2
         x, y = rays.T
         a11, a12 = r1[0] - x * r1[2], r2[0] - x * r2[2]
         a21, a22 = r1[1] - y * r1[2], r2[1] - y * r2[2]
-        scale = 1.0 / (self._cell_m * (a11 * a22 - a12 * a21))
+        scale = 1.0 / (self.cell_m * (a11 * a22 - a12 * a21))
         z, zeros = float(view.t[2]), np.zeros_like(x)
         full = zeros + z
         # How x and y of each point in the picture, times its depth, move with the six parameters.
@@ -281,7 +283,7 @@ class Aligner:
             math.hypot(camera.fx_px * (r[0] - t[0] / t[2] * r[2]), camera.fy_px * (r[1] - t[1] / t[2] * r[2])) / t[2]
             for r in (view.R[:, 0], view.R[:, 1])
         ]
-        return max(along[0] * self._cell_m, 1e-3), max(along[1] * self._cell_m, 1e-3)
+        return max(along[0] * self.cell_m, 1e-3), max(along[1] * self.cell_m, 1e-3)
 
     def _model(self, patch: Patch, guess: Guess) -> _Model:
         u, v, _ = self.places(patch.rays, guess.view)
@@ -336,7 +338,7 @@ class Aligner:
 
     def _allowed(self, delta: Array, view: MarkerView) -> float:
         """Which part of a step does not leave the region where the model is about linear."""
-        shift_cells: float = float(np.abs(delta[:2]).max()) * float(view.t[2]) / self._cell_m
+        shift_cells: float = float(np.abs(delta[:2]).max()) * float(view.t[2]) / self.cell_m
         return min(
             1.0,
             _LARGEST_SHIFT_CELLS / max(shift_cells, 1e-12),

@@ -7,14 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from alight.geometry.camera import PinholeCamera
-from alight.geometry.rotation import R_from_quaternion
-from alight.markers.layout import PadLayout, PlacedMarker
+from alight.markers.layout import PadLayout
 from services.detector.aided.alignment import Aligner, Alignment, Guess
 from services.detector.aided.level_view import LevelView, Region, level_view
 from services.detector.aided.marker_view import TiltPrior, views_of_square
 from services.detector.aided.noise import noise_level
+from services.detector.aided.patience import Patience
 from services.detector.aided.pattern import pattern_of
 from services.detector.aided.pixel_rays import PixelRays
+from services.detector.aided.round_guess import rounded
 from services.detector.aided.search import BANK_SIDE_PX, PatternSearch, Proposal
 from services.detector.aided.tracking import Track, shifted_to_match
 from services.detector.aided.verification import is_marker, is_still_marker
@@ -27,7 +28,8 @@ _UNKNOWN_SIDES_PX = (BANK_SIDE_PX, BANK_SIDE_PX * _LEVEL_RATIO, BANK_SIDE_PX * _
 _LARGEST_ENLARGING = 1.3
 _PROPOSALS = 8
 _FIRST_STEPS, _MORE_STEPS = 4, 8
-_TRACK_STEPS = 6
+_TRACK_STEPS, _LAST_STEPS = 4, 4
+_WORSE = 1.05
 _LEAST_SCORE = 0.45
 _HOPELESS, _HOPEFUL = 0.72, 0.85
 _SECOND_THOUGHTS = 2
@@ -59,6 +61,7 @@ class AidedBackend:
         self._camera: PinholeCamera | None = None
         self._aligner: Aligner | None = None
         self._track = Track()
+        self._patience = Patience()
         self._noise = 0.0
         self._tally = Tally({"tracked": 0, "pattern_searches": 0, "found_by_pattern": 0})
 
@@ -68,23 +71,32 @@ class AidedBackend:
         tracked = self._tracked(view, aligner)
         if tracked is not None:
             self._tally.add("tracked")
-            self._track.seen(view, tracked.guess)
-            return (self._found(tracked, self._main),)
+            self._patience.found()
+            return (self._found(view, tracked, aligner),)
         self._track.lost()
         self._noise = noise_level(view.picture)
-        if view.prior is not None and view.prior.height_m is not None:
+        anywhere = self._patience.allows(view.captured_at_ns)
+        if (
+            view.prior is not None
+            and view.prior.height_m is not None
+            and (anywhere or view.prior.centre_px is not None)
+        ):
             alignment = self._acquired(view, view.prior, aligner)
             if alignment is not None:
-                return self._begun(view, alignment)
+                return self._begun(view, alignment, aligner)
         found = self._whole_frame.detect(view)
         if any(self._layout.find(marker.family, marker.id) for marker in found):
+            self._patience.found()
             return tuple(self._sharpened(view, marker, aligner) for marker in found)
+        if not anywhere:
+            return found
         # Height and place may be wrong: look once more without them.
         alignment = self._acquired(view, _attitude_of(view.prior), aligner)
-        return (*found, *self._begun(view, alignment)) if alignment is not None else found
+        return (*found, *self._begun(view, alignment, aligner)) if alignment is not None else found
 
-    def _begun(self, view: View, alignment: Alignment) -> tuple[FoundMarker, ...]:
+    def _begun(self, view: View, alignment: Alignment, aligner: Aligner) -> tuple[FoundMarker, ...]:
         self._tally.add("found_by_pattern")
+        self._patience.found()
         self._track.seen(view, alignment.guess)
         return (self._found(alignment, self._main),)
 
@@ -108,8 +120,7 @@ class AidedBackend:
         alignment = self._confirmed(view, None, [Guess(each) for each in views], aligner, _tilt(view.prior))
         if alignment is None:
             return marker
-        self._track.seen(view, alignment.guess)
-        return self._found(alignment, self._main)
+        return self._found(view, alignment, aligner)
 
     def _acquired(self, view: View, prior: Prior | None, aligner: Aligner) -> Alignment | None:
         """The marker where, and as large as, the prior says, or anywhere and of any size small enough where it says nothing."""
@@ -172,18 +183,17 @@ class AidedBackend:
             return alignment
         return self._confirmed(view, None, [guess], aligner, tilt)
 
-    @staticmethod
-    def _found(alignment: Alignment, marker: PlacedMarker) -> FoundMarker:
-        covariance = alignment.corner_covariance_px2
+    def _found(self, view: View, alignment: Alignment, aligner: Aligner) -> FoundMarker:
+        """The main marker, its fit gone through once more from a rounded beginning, and remembered."""
+        begin = rounded(alignment.guess, aligner.cell_m)
+        tilt = _tilt(view.prior)
+        final = aligner.fitted(view.picture, begin, tilt, _LAST_STEPS)
+        if final is None or final.residual > _WORSE * alignment.residual + 1.0:
+            final = alignment
+        self._track.seen(view, final.guess)
+        covariance = final.corner_covariance_px2
         sigma_px = math.sqrt(float(np.trace(covariance)) / 8.0)
-        return FoundMarker(marker.family, marker.id, alignment.corners_px, sigma_px, covariance)
-
-
-def _tilt(prior: Prior | None) -> TiltPrior:
-    if prior is None or prior.q_ned_camera is None:
-        return TiltPrior(np.array((0.0, 0.0, -1.0)), _UNKNOWN_TILT_RAD)
-    up_camera = -R_from_quaternion(prior.q_ned_camera)[2]
-    return TiltPrior(up_camera, max(prior.attitude_sigma_rad, _LEAST_TILT_RAD))
+        return FoundMarker(self._main.family, self._main.id, final.corners_px, sigma_px, covariance)
 
 
 def _attitude_of(prior: Prior | None) -> Prior | None:
