@@ -156,8 +156,17 @@ class Aligner:
         """Where the corners appear, (4, 2)."""
         return self._rays.camera.project(self._corners_m @ view.R.T + view.t)
 
-    def fitted(self, picture: GreyPicture, begin: Guess, tilt: TiltPrior, steps: int) -> Alignment | None:
+    def fitted(
+        self, picture: GreyPicture, begin: Guess, tilt: TiltPrior, steps: int, enough_cells: float = _CONVERGED_CELLS
+    ) -> Alignment | None:
         """Improve a pose that is wrong by less than a cell or so.
+
+        Args:
+            picture: (height, width), grey levels.
+            begin: Where to begin.
+            tilt: Which way the print should face.
+            steps: How many steps at most.
+            enough_cells: A smaller step, in cells, is the last.
 
         Returns:
             None if the marker is not in view or the fit runs away.
@@ -171,7 +180,7 @@ class Aligner:
             if step is None:
                 return None
             guess = step.guess
-            if step.moved_cells < _CONVERGED_CELLS:
+            if step.moved_cells < enough_cells:
                 break
             if count == 2 and count + 1 < steps and step.moved_cells > _STAYED_CELLS:
                 patch = self._patch(picture, guess.view)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from alight.geometry.camera import PinholeCamera
+from alight.geometry.rotation import R_from_quaternion
 from alight.markers.layout import PadLayout
 from services.detector.aided.alignment import Aligner, Alignment, Guess
 from services.detector.aided.level_view import LevelView, Region, level_view
@@ -28,7 +29,8 @@ _UNKNOWN_SIDES_PX = (BANK_SIDE_PX, BANK_SIDE_PX * _LEVEL_RATIO, BANK_SIDE_PX * _
 _LARGEST_ENLARGING = 1.3
 _PROPOSALS = 8
 _FIRST_STEPS, _MORE_STEPS = 4, 8
-_TRACK_STEPS, _LAST_STEPS = 4, 4
+_TRACK_STEPS, _LAST_STEPS = 3, 4
+_NEAR_ENOUGH_CELLS = 0.05
 _WORSE = 1.05
 _LEAST_SCORE = 0.45
 _HOPELESS, _HOPEFUL = 0.72, 0.85
@@ -72,7 +74,7 @@ class AidedBackend:
         if tracked is not None:
             self._tally.add("tracked")
             self._patience.found()
-            return (self._found(view, tracked, aligner),)
+            return (self._found(view, tracked),)
         self._track.lost()
         self._noise = noise_level(view.picture)
         anywhere = self._patience.allows(view.captured_at_ns)
@@ -97,8 +99,7 @@ class AidedBackend:
     def _begun(self, view: View, alignment: Alignment, aligner: Aligner) -> tuple[FoundMarker, ...]:
         self._tally.add("found_by_pattern")
         self._patience.found()
-        self._track.seen(view, alignment.guess)
-        return (self._found(alignment, self._main),)
+        return (self._found(view, self._ended(view, alignment, aligner, _tilt(view.prior))),)
 
     def counters(self) -> Mapping[str, int]:
         """How the pad was found."""
@@ -120,7 +121,7 @@ class AidedBackend:
         alignment = self._confirmed(view, None, [Guess(each) for each in views], aligner, _tilt(view.prior))
         if alignment is None:
             return marker
-        return self._found(view, alignment, aligner)
+        return self._found(view, self._ended(view, alignment, aligner, _tilt(view.prior)))
 
     def _acquired(self, view: View, prior: Prior | None, aligner: Aligner) -> Alignment | None:
         """The marker where, and as large as, the prior says, or anywhere and of any size small enough where it says nothing."""
@@ -178,22 +179,35 @@ class AidedBackend:
         if guess is None:
             return None
         tilt = _tilt(view.prior)
-        alignment = aligner.fitted(view.picture, guess, tilt, _TRACK_STEPS)
+        begun = aligner.fitted(view.picture, guess, tilt, _TRACK_STEPS, _NEAR_ENOUGH_CELLS)
+        alignment = self._ended(view, begun, aligner, tilt) if begun is not None else None
         if alignment is not None and is_still_marker(alignment, self._noise, tilt):
             return alignment
-        return self._confirmed(view, None, [guess], aligner, tilt)
+        again = self._confirmed(view, None, [guess], aligner, tilt)
+        return self._ended(view, again, aligner, tilt) if again is not None else None
 
-    def _found(self, view: View, alignment: Alignment, aligner: Aligner) -> FoundMarker:
-        """The main marker, its fit gone through once more from a rounded beginning, and remembered."""
+    @staticmethod
+    def _ended(view: View, alignment: Alignment, aligner: Aligner, tilt: TiltPrior) -> Alignment:
+        """A fit gone through to its end from a rounded beginning."""
         begin = rounded(alignment.guess, aligner.cell_m)
-        tilt = _tilt(view.prior)
-        final = aligner.fitted(view.picture, begin, tilt, _LAST_STEPS)
-        if final is None or final.residual > _WORSE * alignment.residual + 1.0:
-            final = alignment
-        self._track.seen(view, final.guess)
-        covariance = final.corner_covariance_px2
+        last = aligner.fitted(view.picture, begin, tilt, _LAST_STEPS)
+        if last is None or last.residual > _WORSE * alignment.residual + 1.0:
+            return alignment
+        return last
+
+    def _found(self, view: View, alignment: Alignment) -> FoundMarker:
+        """The main marker, which is remembered."""
+        self._track.seen(view, alignment.guess)
+        covariance = alignment.corner_covariance_px2
         sigma_px = math.sqrt(float(np.trace(covariance)) / 8.0)
-        return FoundMarker(self._main.family, self._main.id, final.corners_px, sigma_px, covariance)
+        return FoundMarker(self._main.family, self._main.id, alignment.corners_px, sigma_px, covariance)
+
+
+def _tilt(prior: Prior | None) -> TiltPrior:
+    if prior is None or prior.q_ned_camera is None:
+        return TiltPrior(np.array((0.0, 0.0, -1.0)), _UNKNOWN_TILT_RAD)
+    up_camera = -R_from_quaternion(prior.q_ned_camera)[2]
+    return TiltPrior(up_camera, max(prior.attitude_sigma_rad, _LEAST_TILT_RAD))
 
 
 def _attitude_of(prior: Prior | None) -> Prior | None:
