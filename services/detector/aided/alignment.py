@@ -19,7 +19,8 @@ Array = NDArray[np.float64]
 
 _LARGEST_SIDE_PX = 28.0
 _QUIET_CELLS = 1.0
-_FEWEST_PIXELS = 40
+_FEWEST_PIXELS, _MOST_PIXELS = 40, 700
+"""Of more pixels, every second, third, ... is taken."""
 _LEAST_NOISE = 1.5
 _BLUR_PX = 0.8
 _BLUR_LOG_SIGMA = 0.4
@@ -31,6 +32,7 @@ _LARGEST_SHIFT_CELLS = 1.0
 _LARGEST_APPROACH = 0.15
 _LARGEST_BLUR_STEP = 0.3
 _CONVERGED_CELLS = 8e-3
+_ABOUT_CELLS = 0.05
 _STAYED_CELLS = 0.3
 """A smaller step leaves the same pixels in view."""
 _GROUND_LEVEL, _GROUND_SIGMA = 128.0, 100.0
@@ -156,21 +158,23 @@ class Aligner:
         """Where the corners appear, (4, 2)."""
         return self._rays.camera.project(self._corners_m @ view.R.T + view.t)
 
-    def fitted(
-        self, picture: GreyPicture, begin: Guess, tilt: TiltPrior, steps: int, enough_cells: float = _CONVERGED_CELLS
-    ) -> Alignment | None:
+    def fitted(self, picture: GreyPicture, begin: Guess, tilt: TiltPrior, steps: int) -> Alignment | None:
         """Improve a pose that is wrong by less than a cell or so.
-
-        Args:
-            picture: (height, width), grey levels.
-            begin: Where to begin.
-            tilt: Which way the print should face.
-            steps: How many steps at most.
-            enough_cells: A smaller step, in cells, is the last.
 
         Returns:
             None if the marker is not in view or the fit runs away.
         """
+        fit = self._run(picture, begin, tilt, steps, _CONVERGED_CELLS)
+        return None if fit is None else self._finished(*fit)
+
+    def improved(self, picture: GreyPicture, begin: Guess, tilt: TiltPrior, steps: int) -> Guess | None:
+        """The same, but only about right, and without an account of it."""
+        fit = self._run(picture, begin, tilt, steps, _ABOUT_CELLS)
+        return None if fit is None else fit[1].guess
+
+    def _run(
+        self, picture: GreyPicture, begin: Guess, tilt: TiltPrior, steps: int, enough_cells: float
+    ) -> tuple[Patch, _Step] | None:
         patch = self._patch(picture, begin.view)
         guess, step = begin, None
         for count in range(steps):
@@ -184,7 +188,7 @@ class Aligner:
                 break
             if count == 2 and count + 1 < steps and step.moved_cells > _STAYED_CELLS:
                 patch = self._patch(picture, guess.view)
-        return self._finished(patch, step) if step is not None and patch is not None else None
+        return None if step is None or patch is None else (patch, step)
 
     def shaded(self, alignment: Alignment) -> Guess:
         """The same guess with the shadow's edge that explains the picture best."""
@@ -254,10 +258,11 @@ class Aligner:
         rays = self._rays.block(left, top, columns, rows, shrink).reshape(-1, 2)
         u, v, before = self.places(rays, view)
         low, high = -_QUIET_CELLS, self.pattern.count + _QUIET_CELLS
-        inside = (u > low) & (u < high) & (v > low) & (v < high) & (before > 0.0)
-        if int(np.count_nonzero(inside)) < _FEWEST_PIXELS:
+        inside = np.flatnonzero((u > low) & (u < high) & (v > low) & (v < high) & (before > 0.0))
+        if len(inside) < _FEWEST_PIXELS:
             return None
-        return Patch(part.reshape(-1)[inside].astype(np.float64), rays[inside], shrink)
+        used = inside[:: math.ceil(len(inside) / _MOST_PIXELS)]
+        return Patch(part.reshape(-1)[used].astype(np.float64), rays[used], shrink)
 
     def _slopes(self, rays: Array, view: MarkerView, u: Array, v: Array) -> tuple[Array, Array]:
         """Derivatives (N, 6) of u and v by (shift as a part of the distance, turn) of the marker in the camera frame."""

@@ -29,8 +29,7 @@ _UNKNOWN_SIDES_PX = (BANK_SIDE_PX, BANK_SIDE_PX * _LEVEL_RATIO, BANK_SIDE_PX * _
 _LARGEST_ENLARGING = 1.3
 _PROPOSALS = 8
 _FIRST_STEPS, _MORE_STEPS = 4, 8
-_TRACK_STEPS, _LAST_STEPS = 3, 4
-_NEAR_ENOUGH_CELLS = 0.05
+_TRACK_STEPS, _LAST_STEPS = 2, 4
 _WORSE = 1.05
 _LEAST_SCORE = 0.45
 _HOPELESS, _HOPEFUL = 0.72, 0.85
@@ -179,18 +178,18 @@ class AidedBackend:
         if guess is None:
             return None
         tilt = _tilt(view.prior)
-        begun = aligner.fitted(view.picture, guess, tilt, _TRACK_STEPS, _NEAR_ENOUGH_CELLS)
-        alignment = self._ended(view, begun, aligner, tilt) if begun is not None else None
-        if alignment is not None and is_still_marker(alignment, self._noise, tilt):
-            return alignment
+        about = aligner.improved(view.picture, guess, tilt, _TRACK_STEPS)
+        if about is not None:
+            alignment = aligner.fitted(view.picture, rounded(about, aligner.cell_m), tilt, _LAST_STEPS)
+            if alignment is not None and is_still_marker(alignment, self._noise, tilt):
+                return alignment
         again = self._confirmed(view, None, [guess], aligner, tilt)
         return self._ended(view, again, aligner, tilt) if again is not None else None
 
     @staticmethod
     def _ended(view: View, alignment: Alignment, aligner: Aligner, tilt: TiltPrior) -> Alignment:
         """A fit gone through to its end from a rounded beginning."""
-        begin = rounded(alignment.guess, aligner.cell_m)
-        last = aligner.fitted(view.picture, begin, tilt, _LAST_STEPS)
+        last = aligner.fitted(view.picture, rounded(alignment.guess, aligner.cell_m), tilt, _LAST_STEPS)
         if last is None or last.residual > _WORSE * alignment.residual + 1.0:
             return alignment
         return last
