@@ -8,6 +8,7 @@ from functools import partial
 from alight.runtime.service import add_service_arguments, run_service
 from schemas.mission import Verb
 from schemas.topics import SERVICES
+from station.commands import Command, add_command, sentence
 
 DESCRIPTION = """\
 Alight lands a multirotor on a printed marker, by one camera, through the autopilot's own position guidance.
@@ -45,7 +46,8 @@ Run = Callable[[argparse.Namespace], int]
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run one command; the exit status."""
-    arguments = parser().parse_args(words)
+    typed = sys.argv[1:] if words is None else list(words)
+    arguments = parser(typed).parse_args(typed)
     run: Run = arguments.run
     try:
         return run(arguments)
@@ -55,8 +57,34 @@ def main(words: Sequence[str] | None = None) -> int:
         return 0
 
 
-def parser() -> argparse.ArgumentParser:
-    """All commands and their options."""
+COMMANDS = (
+    Command("fly", "station.fly", "fly a landing and report on it"),
+    Command("campaign", "station.campaign.command", "fly many simulated landings, on all cores or a cluster"),
+    Command("detect", "station.detect", "find markers in pictures and videos"),
+    Command("pad", "station.pad.command", "print a pad at true scale, or show it"),
+    Command(
+        "calibrate", "station.calibrate.command", "calibrate a camera from pictures of a board, or the bias from hovers"
+    ),
+    Command("report", "station.report_command", "write the report of a recorded flight"),
+    Command(
+        "replay",
+        "station.replay_command",
+        "replay a recorded flight: on the bus, or through chosen services to compare and to score",
+    ),
+    Command("recording", "station.recording.command", "look into a recording, mend it"),
+    Command(
+        "experiment",
+        "station.experiment.command",
+        "put a question to many flights: compare filters, fit the error model",
+    ),
+)
+"""Those whose module says all about them, in the order in which the help lists them."""
+_BEFORE_FLIGHT = 2
+"""So many of them come before what is done in flight."""
+
+
+def parser(words: Sequence[str] | None = None) -> argparse.ArgumentParser:
+    """All commands and their options; those of the commands that are not among `words` without, where `words` are given."""
     root = argparse.ArgumentParser(
         prog="alight",
         description=DESCRIPTION,
@@ -64,38 +92,14 @@ def parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     commands = root.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    _add_fly(commands)
-    _add_campaign(commands)
+    for command in COMMANDS[:_BEFORE_FLIGHT]:
+        add_command(commands, command, words)
     _add_run(commands)
     _add_asking(commands)
-    _add_detect(commands)
-    _add_pad(commands)
-    _add_calibrate(commands)
-    _add_report(commands)
-    _add_replay(commands)
-    _add_recording(commands)
-    _add_experiment(commands)
+    for command in COMMANDS[_BEFORE_FLIGHT:]:
+        add_command(commands, command, words)
     _add_schema(commands)
     return root
-
-
-def _add_fly(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    from station import fly  # noqa: PLC0415 - each command loads what it needs, so that --help is quick
-
-    command = commands.add_parser(
-        "fly", help="fly a landing and report on it", description="Fly a landing and report on it."
-    )
-    fly.add_arguments(command)
-    command.set_defaults(run=fly.run)
-
-
-def _add_campaign(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    from station.campaign import command as campaign  # noqa: PLC0415
-
-    meaning = "fly many simulated landings, on all cores or a cluster"
-    command = commands.add_parser("campaign", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
-    campaign.add_arguments(command)
-    command.set_defaults(run=campaign.run)
 
 
 def _add_run(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -114,72 +118,12 @@ def _add_asking(commands: "argparse._SubParsersAction[argparse.ArgumentParser]")
         Verb.ABORT: "ask it to give the landing up and hold",
     }
     for verb, meaning in meanings.items():
-        command = commands.add_parser(verb.value, help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
+        command = commands.add_parser(verb.value, help=meaning, description=sentence(meaning))
         ask.add_arguments(command)
         command.set_defaults(run=partial(ask.run_verb, verb))
     command = commands.add_parser("status", help="what is on the bus, and how it is", description="Look at the bus.")
     ask.add_arguments(command)
     command.set_defaults(run=ask.run_status)
-
-
-def _add_detect(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    from station import detect  # noqa: PLC0415
-
-    meaning = "find markers in pictures and videos"
-    command = commands.add_parser("detect", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
-    detect.add_arguments(command)
-    command.set_defaults(run=detect.run)
-
-
-def _add_pad(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    from station.pad import command as pad  # noqa: PLC0415
-
-    command = commands.add_parser(
-        "pad", help="print a pad at true scale, or show it", description="Print or show a pad."
-    )
-    pad.add_arguments(command)
-
-
-def _add_calibrate(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    from station.calibrate import command as calibrate  # noqa: PLC0415
-
-    meaning = "calibrate a camera from pictures of a board"
-    command = commands.add_parser("calibrate", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
-    calibrate.add_arguments(command)
-
-
-def _add_report(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    from station import report_command  # noqa: PLC0415
-
-    meaning = "write the report of a recorded flight"
-    command = commands.add_parser("report", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
-    report_command.add_arguments(command)
-    command.set_defaults(run=report_command.run)
-
-
-def _add_recording(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    from station.recording import command as recording  # noqa: PLC0415
-
-    meaning = "look into a recording, mend it"
-    command = commands.add_parser("recording", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
-    recording.add_actions(command)
-
-
-def _add_replay(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    from station import replay_command  # noqa: PLC0415
-
-    meaning = "replay a recorded flight: on the bus, or through chosen services to compare and to score"
-    command = commands.add_parser("replay", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
-    replay_command.add_arguments(command)
-    command.set_defaults(run=replay_command.run)
-
-
-def _add_experiment(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    from station.experiment import command as experiment  # noqa: PLC0415
-
-    meaning = "put a question to many flights: compare filters"
-    command = commands.add_parser("experiment", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
-    experiment.add_actions(command)
 
 
 def _add_schema(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:

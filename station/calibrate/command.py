@@ -22,6 +22,7 @@ from station.calibrate.report import Outcome, parameter_lines, summary_lines, wr
 from station.calibrate.solve import NAMES, Solution, SolveError, solve
 from station.calibrate.spiral import BOARD, spiral_pictures
 from station.calibrate.views import View, choose_views, find_views
+from station.commands import sentence
 
 CALIBRATION, COVERAGE, REPORT = "calibration.toml", "coverage.png", "report.html"
 
@@ -36,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe `alight calibrate camera` and `alight calibrate bias`."""
     actions = parser.add_subparsers(title="what", metavar="WHAT", required=True)
     meaning = "find a camera's intrinsic parameters from pictures of a board"
-    camera = actions.add_parser("camera", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
+    camera = actions.add_parser("camera", help=meaning, description=sentence(meaning))
     camera.add_argument("files", nargs="*", metavar="FILES", help="images, videos, directories or patterns")
     camera.add_argument(
         "--board",
@@ -59,7 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     camera.set_defaults(run=run)
     meaning = "find the installation's systematic error from recorded hovers above and beside the pad"
-    bias = actions.add_parser("bias", help=meaning, description=meaning[0].upper() + meaning[1:] + ".")
+    bias = actions.add_parser("bias", help=meaning, description=sentence(meaning))
     bias_command.add_arguments(bias)
     bias.set_defaults(run=bias_command.run)
 

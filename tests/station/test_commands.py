@@ -1,0 +1,40 @@
+"""The command line: every command is there, and none loads what another needs."""
+
+import subprocess
+import sys
+
+import pytest
+
+from station.__main__ import COMMANDS, main, parser
+
+NAMES = [command.name for command in COMMANDS]
+
+
+def loaded_by(*words: str) -> set[str]:
+    """The modules that a fresh process has after a command's help."""
+    program = (
+        "import sys; from station.__main__ import main\n"
+        f"try: main({[*words, '--help']!r})\n"
+        "except SystemExit: pass\n"
+        "print('LOADED', *sys.modules)"
+    )
+    said = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
+    return set(said.split("LOADED")[1].split())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_help_of_each_command_says_what_it_is_for(name, capsys) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main([name, "--help"])
+    assert ended.value.code == 0
+    meaning = next(command.meaning for command in COMMANDS if command.name == name)
+    assert meaning[1:30] in capsys.readouterr().out
+
+
+def test_a_command_that_is_not_asked_for_is_named_but_not_loaded(capsys) -> None:
+    modules = {command.module for command in COMMANDS}
+    assert not modules & loaded_by("abort")
+    assert modules & loaded_by("pad") == {"station.pad.command"}
+    parser([]).print_help()
+    said = capsys.readouterr().out
+    assert all(f"    {name}" in said for name in NAMES)
