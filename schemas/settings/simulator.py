@@ -159,8 +159,9 @@ class SimulatorSettings(Section):
     installation: Installation = Installation()
     airborne: Airborne | None = None
     """Where to begin in the air; none begins on the ground at home."""
-    lead_s: float = Field(default=0.04, ge=0.0, le=0.2)
-    """How far ahead of the clock the vehicle is computed, so that the renderer has the truth in time, seconds."""
+    lead_s: float = Field(default=0.03, ge=0.0, le=0.2)
+    """How far ahead of the clock the vehicle is computed, so that the renderer has the truth in time, seconds. A little less than
+    the period of the frames is best: a drawing then begins when the frame before has just left, and keeps none waiting."""
     truth_hz: float = Field(default=60.0, gt=0.0, le=250.0)
     """How often the ground truth is published."""
     system_id: int = Field(default=1, ge=1, le=250)
