@@ -43,6 +43,31 @@ class OutputHealth(Part):
     """99th percentile of the same, ms."""
 
 
+class ClockHealth(Part):
+    """How well another clock is known: that of the autopilot, or that of the host of a service which this one hears."""
+
+    of: ShortText
+    """`autopilot`, or the service whose host's clock it is."""
+    host: ShortText = ""
+    """Name of that host; empty for the autopilot, and as long as the service has not answered."""
+    offset_s: float | None = None
+    """That clock minus ours, seconds; None if it is not known, and for the autopilot, which counts from its boot."""
+    round_trip_s: Annotated[float, Field(ge=0.0)] | None = None
+    """Of the question that the offset rests on, seconds: it may be wrong by half of it."""
+    uncertainty_s: Annotated[float, Field(ge=0.0)] | None = None
+    """How wrong a time that is carried from one clock to the other may be, seconds."""
+    jitter_s: Annotated[float, Field(ge=0.0)] | None = None
+    """By how much the answers contradict each other, root mean square, seconds."""
+    drift_ppm: float | None = None
+    """How much faster that clock runs than ours, parts per million; None where it was not watched for long enough."""
+    answers: Count = 0
+    """Answers used since start."""
+    outliers: Count = 0
+    """Answers left out since start: late, impossible, or against all others."""
+    age_s: Annotated[float, Field(ge=0.0)] | None = None
+    """Since the last answer, seconds; None if there was none."""
+
+
 class Health(Stamped):
     """One service's account of itself."""
 
@@ -64,3 +89,5 @@ class Health(Stamped):
     """The service's own counters since start, such as refused fixes by verdict."""
     complaints: tuple[ShortText, ...]
     """What is wrong now, in words; empty when all is well."""
+    clocks: tuple[ClockHealth, ...] = ()
+    """Other clocks, as far as it measures them; empty in lockstep, where there is but one."""

@@ -20,6 +20,7 @@ from schemas.health import Health
 from schemas.mission import MissionReply, MissionRequest, MissionStatus, Verb
 from schemas.settings import Settings
 from schemas.vehicle import VehicleStatus
+from station.clock_lines import clock_lines
 
 REPLY_TIMEOUT_S = 5.0
 LOOK_S = 2.5
@@ -128,6 +129,8 @@ def status_lines(asker: Asker) -> Iterator[str]:
     for service, health in sorted(asker.health.items()):
         rates = ", ".join(f"{entry.topic} {entry.rate_hz:.0f} Hz" for entry in health.outputs)
         yield f"{service:<11}{'; '.join(health.complaints) or 'well'}{f'  ({rates})' if rates else ''}"
+    for line in clock_lines(asker.health.values()):
+        yield f"{'clock':<11}{line}"
 
 
 def _join(verb: Verb | None, arguments: argparse.Namespace, timeout_s: float, done: Callable[[Asker], bool]) -> Asker:

@@ -31,6 +31,10 @@ _TAIL = """
 `camera/frame` carries the raw pixels as payload and the message as attachment beside them. `health` has one key for each
 service: `alight/<vehicle>/health/<service>`. The ground truth is for the renderer of simulated pictures, the recorder
 and the reports; of the mission's services only the camera may read it.
+
+Beside the topics there are two keys for each service: its liveliness token `alight/<vehicle>/alive/<service>`, and
+`alight/<vehicle>/clock/<service>`, where it answers with its time (a `ClockReading` in JSON) whoever asks by a Zenoh query. A service that
+does not answer is taken as it is.
 """
 
 

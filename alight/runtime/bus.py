@@ -55,6 +55,11 @@ class Bus:
         self._publishers: dict[str, Any] = {}
         self._held: list[Any] = []
 
+    @property
+    def session(self) -> zenoh.Session:
+        """Zenoh's, for what is neither published nor subscribed to."""
+        return self._session
+
     def announce(self, service: str) -> None:
         """Show that a service lives, for as long as this process does (a liveliness token)."""
         self._held.append(self._session.liveliness().declare_token(alive_key(self._vehicle, service)))

@@ -5,6 +5,7 @@ from typing import Any
 
 from alight.runtime.clock import seconds
 from alight.runtime.node import Node
+from alight.runtime.peer_clocks import ClockAccount
 from schemas.health import Health, InputHealth, OutputHealth
 from schemas.message import Message, Traced
 from schemas.topics import Topic
@@ -110,8 +111,8 @@ class HealthMonitor:
         """The node raised: a bug, which must not end the process in flight."""
         self._handler_errors += 1
 
-    def report(self, now_ns: int) -> Health:
-        """The account since the last report."""
+    def report(self, now_ns: int, peers: ClockAccount = ClockAccount()) -> Health:  # noqa: B008 - it is frozen
+        """The account since the last report, with what is known of other hosts' clocks."""
         period_s = max(1e-3, seconds(now_ns - self._reported_ns))
         self._reported_ns = now_ns
         handling_ms, self._handling_ms = self._handling_ms, []
@@ -126,7 +127,8 @@ class HealthMonitor:
             handling_p50_ms=percentile(handling_ms, 0.50),
             handling_p99_ms=percentile(handling_ms, 0.99),
             counters={**self._node.counters(), "handler_errors": self._handler_errors},
-            complaints=self._complaints(inputs, now_ns),
+            complaints=(*self._complaints(inputs, now_ns), *peers.complaints),
+            clocks=(*self._node.clocks(now_ns), *peers.clocks),
         )
 
     def _complaints(self, inputs: tuple[InputHealth, ...], now_ns: int) -> tuple[str, ...]:

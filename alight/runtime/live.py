@@ -13,9 +13,11 @@ from typing import Any
 
 from alight.runtime.bus import Bus
 from alight.runtime.clock import NS_PER_S, WallClock, nanoseconds, seconds
+from alight.runtime.clock_questions import ClockQuestions
 from alight.runtime.host import NodeHost
 from alight.runtime.mailbox import Letter, Mailbox
 from alight.runtime.node import Arrival, Node, Output, Publication, Transmission
+from alight.runtime.peer_clocks import PeerClocks, peers_of
 from alight.runtime.port import Port
 from schemas import topics
 from schemas.settings import Settings
@@ -49,6 +51,8 @@ class LiveRunner:
         self.bus = bus or Bus(settings.vehicle, settings.bus)
         for topic in node.subscriptions:
             self.bus.subscribe(topic, self._on_sample)
+        peers = PeerClocks(peers_of(node.service, node.subscriptions), settings.bus.max_clock_skew_s)
+        self._clocks = ClockQuestions(self.bus.session, settings.vehicle, node.service, peers, self._clock)
         self.bus.announce(node.service)  # who sees it may rely on its being heard
 
     def stop(self) -> None:
@@ -57,6 +61,7 @@ class LiveRunner:
 
     def run(self) -> None:
         """Run the node until `stop`, then let it say its last words."""
+        self._clocks.start()
         period_ns = self._host.node.tick_period_ns
         next_tick_ns = self._clock.now_ns()
         next_health_ns = next_tick_ns + nanoseconds(self._settings.bus.health_period_s)
@@ -72,7 +77,8 @@ class LiveRunner:
                 # A clock set back, or a long stall, must neither starve nor flood the node with ticks.
                 next_tick_ns = _next_due(next_tick_ns, period_ns, now_ns)
             if now_ns >= next_health_ns or next_health_ns - now_ns > 10 * NS_PER_S:
-                self._carry([Publication(topics.HEALTH, self._host.health.report(now_ns))], None)
+                health = self._host.health.report(now_ns, self._clocks.account(now_ns))
+                self._carry([Publication(topics.HEALTH, health)], None)
                 next_health_ns = now_ns + nanoseconds(self._settings.bus.health_period_s)
             self._write_journal(now_ns)
         self._finish()
@@ -84,6 +90,7 @@ class LiveRunner:
         time.sleep(0.05)  # the last datagrams and messages leave the process
         for port in self._ports.values():
             port.close()
+        self._clocks.close()
         self.bus.close()
 
     def _write_journal(self, now_ns: int) -> None:

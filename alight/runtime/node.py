@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from schemas import topics
+from schemas.health import ClockHealth
 from schemas.message import Message
 from schemas.topics import Topic
 
@@ -117,6 +118,10 @@ class Node:
 
     def complaints(self, now_ns: int) -> tuple[str, ...]:  # noqa: ARG002
         """What is wrong now beyond stale input, in words, for `health`."""
+        return ()
+
+    def clocks(self, now_ns: int) -> tuple[ClockHealth, ...]:  # noqa: ARG002
+        """Clocks that the node itself measures (the autopilot's), for `health`."""
         return ()
 
     def on_stop(self, now_ns: int) -> Outputs:  # noqa: ARG002

@@ -4,7 +4,9 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-from alight.runtime.clock import NS_PER_S, nanoseconds
+from alight.runtime.clock import NS_PER_S, nanoseconds, seconds
+from schemas.health import ClockHealth
+from services.commander.clock_drift import ClockDrift
 
 WINDOW_NS = nanoseconds(2.0)
 """Replies older than this are forgotten: long enough to average, short enough to follow a drift."""
@@ -15,6 +17,12 @@ OUTLIERS_TO_RESTART = 4
 REPLIES_FOR_DRIFT = 4
 MAX_DRIFT = 0.2
 """A simulation that cannot keep up runs slower than real time; no real clock is nearly as wrong."""
+MAX_SILENCE_NS = nanoseconds(5.0)
+"""TIMESYNC that is answered no more is complained of: a time carried on by the last drift is a guess."""
+MAX_UNCERTAINTY_S = 0.02
+"""From here on it is complained of: at 3 m/s it is 6 cm."""
+MAX_DRIFT_PPM = 1e4
+"""From here on it is complained of; a crystal is off by 100 at most."""
 ONE_WAY_UNCERTAINTY_S = 0.05
 """What is said of a time that was mapped without any reply: the delay of the link is unknown."""
 
@@ -37,12 +45,18 @@ class AutopilotClock:
     def __init__(self) -> None:
         self.restarts = 0
         """How often a clock turned out to be set anew."""
+        self.replies = 0
+        """Replies used."""
+        self.outliers = 0
+        """Replies left out: impossible ones, and those that contradict all others."""
         self.reset()
 
     def reset(self) -> None:
         """Forget everything: the autopilot has booted anew."""
         self._replies: deque[_Reply] = deque()
-        self._outliers = 0
+        self._outliers_in_a_row = 0
+        self._drift = ClockDrift()
+        self._came_ns: int | None = None
         self._line: tuple[int, int, float] | None = None
         self._scatter_s = 0.0
         self._arrivals: deque[tuple[int, int]] = deque()
@@ -69,15 +83,20 @@ class AutopilotClock:
         """
         round_trip_ns = now_ns - sent_ns
         if not 0 <= round_trip_ns <= MAX_ROUND_TRIP_NS or boot_ns <= 0:
+            self.outliers += 1
             return
         reply = _Reply(boot_ns, (sent_ns + now_ns) // 2 - boot_ns, round_trip_ns)
         if self._contradicts(reply):
-            self._outliers += 1
-            if self._outliers < OUTLIERS_TO_RESTART:
+            self.outliers += 1
+            self._outliers_in_a_row += 1
+            if self._outliers_in_a_row < OUTLIERS_TO_RESTART:
                 return
             self.reset()
             self.restarts += 1
-        self._outliers = 0
+        self._outliers_in_a_row = 0
+        self.replies += 1
+        self._came_ns = now_ns
+        self._drift.take(boot_ns, reply.offset_ns, round_trip_ns)
         self._replies.append(reply)
         while self._replies[0].boot_ns < boot_ns - WINDOW_NS:
             self._replies.popleft()
@@ -99,6 +118,35 @@ class AutopilotClock:
         if self._arrivals:
             return boot_ns + min(offset_ns for _, offset_ns in self._arrivals)
         return None
+
+    def health(self, now_ns: int) -> ClockHealth:
+        """How well the autopilot's clock is known at `now_ns`, UTC ns."""
+        if self._came_ns is None:
+            return ClockHealth(of="autopilot", uncertainty_s=self.uncertainty_s, outliers=self.outliers)
+        return ClockHealth(
+            of="autopilot",
+            round_trip_s=seconds(min(reply.round_trip_ns for reply in self._replies)),
+            uncertainty_s=self.uncertainty_s,
+            jitter_s=self._scatter_s,
+            drift_ppm=self._drift.ppm,
+            answers=self.replies,
+            outliers=self.outliers,
+            age_s=seconds(max(0, now_ns - self._came_ns)),
+        )
+
+    def complaints(self, now_ns: int) -> tuple[str, ...]:
+        """What is wrong with it, in words."""
+        if self._came_ns is None:
+            return ("TIMESYNC is not answered: stamps are uncertain by 50 ms",)
+        found = []
+        if now_ns - self._came_ns > MAX_SILENCE_NS:
+            found.append(f"TIMESYNC has not been answered for {seconds(now_ns - self._came_ns):.0f} s")
+        if self.uncertainty_s > MAX_UNCERTAINTY_S:
+            found.append(f"the autopilot's time is uncertain by {1e3 * self.uncertainty_s:.0f} ms: the link is slow")
+        if self._drift.ppm is not None and abs(self._drift.ppm) > MAX_DRIFT_PPM:
+            way = "fast" if self._drift.ppm > 0.0 else "slow"
+            found.append(f"the autopilot's clock runs {abs(self._drift.ppm) / 1e4:.1f} % {way}: a slow simulation?")
+        return tuple(found)
 
     def _contradicts(self, reply: _Reply) -> bool:
         if self._line is None:

@@ -186,8 +186,7 @@ class AutopilotLink:
             return ("no autopilot has been heard: check commander.vehicle_url and that the autopilot is running",)
         if not self.connected(now_ns):
             return (f"the autopilot has been silent for {self.silence_s(now_ns):.1f} s",)
-        found = complaints_about(self._parameters.values, self._as_gcs)
-        return found if self.clock.synchronised else (*found, "TIMESYNC is not answered: stamps are uncertain by 50 ms")
+        return (*complaints_about(self._parameters.values, self._as_gcs), *self.clock.complaints(now_ns))
 
     def counters(self) -> Mapping[str, int]:
         """Everything counted since start."""
@@ -198,6 +197,7 @@ class AutopilotLink:
             "stream_requests": self._streams.requests,
             "autopilot_reboots": self.reboots,
             "clock_restarts": self.clock.restarts,
+            "clock_outliers": self.clock.outliers,
         }
 
     # Messages ------------------------------------------------------------------------------------------------------

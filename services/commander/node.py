@@ -6,6 +6,7 @@ from alight.runtime.clock import nanoseconds
 from alight.runtime.node import Arrival, Node, Output, Outputs, Publication, Transmission
 from schemas import topics
 from schemas.estimate import PadEstimate
+from schemas.health import ClockHealth
 from schemas.mission import MissionRequest
 from schemas.setpoint import Setpoint
 from schemas.settings import Settings
@@ -68,6 +69,10 @@ class CommanderNode(Node):
     def complaints(self, now_ns: int) -> tuple[str, ...]:
         """What is wrong with the link or with the autopilot's settings."""
         return self._link.complaints(now_ns)
+
+    def clocks(self, now_ns: int) -> tuple[ClockHealth, ...]:
+        """How well the autopilot's clock is known."""
+        return (self._link.clock.health(now_ns),)
 
     def _on_estimate(self, arrival: Arrival[PadEstimate]) -> Iterator[Output]:
         yield from self._act(self._mission.take_estimate(arrival.message, arrival.now_ns), arrival.now_ns)

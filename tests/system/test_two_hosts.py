@@ -2,10 +2,12 @@
 
 import contextlib
 import os
+import re
 import shutil
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -51,11 +53,11 @@ def two_hosts() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def on(host: str, address: str, log: Path, *words: str) -> Iterator[subprocess.Popen[bytes]]:
+def on(host: str, address: str, log: Path, *words: str, port: int = 0) -> Iterator[subprocess.Popen[bytes]]:
     """A process on one of the hosts; all look for each other at the ground's address."""
     bus = [
         "--set", f'bus.connect=["tcp/{GROUND_ADDRESS}:7447"]',
-        "--set", f'bus.listen=["tcp/{address}:0"]',
+        "--set", f'bus.listen=["tcp/{address}:{port}"]',
     ]  # fmt: skip
     with log.open("wb") as sink:
         command = ["ip", "netns", "exec", host, sys.executable, "-u", "-m", *words, *bus]
@@ -66,6 +68,23 @@ def on(host: str, address: str, log: Path, *words: str) -> Iterator[subprocess.P
             if process.poll() is None:
                 process.send_signal(signal.SIGTERM)
                 process.wait(20.0)
+
+
+def test_a_host_with_a_wrong_clock_is_named(two_hosts: None, tmp_path: Path) -> None:
+    """The camera's host is 0.35 s ahead: its frames are refused by the others, and their health says why."""
+    with (
+        on(GROUND, GROUND_ADDRESS, tmp_path / "geolocator.log", "services.geolocator", port=7447),
+        on(DRONE, DRONE_ADDRESS, tmp_path / "camera.log", "tests.system.wrong_clock", "camera", "0.35"),
+    ):
+        deadline_s, said = time.monotonic() + 60.0, ""
+        while "ahead of ours" not in said and time.monotonic() < deadline_s:
+            with on(GROUND, GROUND_ADDRESS, tmp_path / "status.log", "station", "status") as looking:
+                looking.wait(30.0)
+            said = (tmp_path / "status.log").read_text()
+    complaint = re.search(r"\(camera\) is (\S+) s ahead of ours, bus.max_clock_skew_s is 0.2", said)
+    assert complaint, said + (tmp_path / "camera.log").read_text()
+    assert float(complaint[1]) == pytest.approx(0.35, abs=0.02)
+    assert re.search(r"clock +host \S+ \(camera\): \+3[3-7]\d", said), said
 
 
 def test_camera_and_detector_on_a_host_of_their_own(two_hosts: None, tmp_path: Path) -> None:

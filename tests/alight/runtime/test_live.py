@@ -10,6 +10,7 @@ import pytest
 import zenoh
 
 from alight.runtime.bus import Bus, BusError, configuration
+from alight.runtime.clock_questions import clock_key
 from alight.runtime.live import LiveRunner
 from alight.runtime.node import Arrival, Node, Output, Publication
 from schemas import topics
@@ -224,6 +225,45 @@ def test_liveliness_shows_who_is_there(start: Callable[[Node], LiveRunner]) -> N
     wait_for(lambda: seen.get("camera") is True)
     camera.stop()
     wait_for(lambda: seen.get("camera") is False)
+
+
+def test_each_host_says_how_far_its_peers_clocks_are_off(start: Callable[[Node], LiveRunner]) -> None:
+    onlooker = Onlooker()
+    start(onlooker)
+    start(Eye())
+    start(Camera())
+
+    def measured() -> bool:
+        clocks = onlooker.health["detector"].clocks if "detector" in onlooker.health else ()
+        return any(clock.of == "camera" and clock.offset_s is not None for clock in clocks)
+
+    wait_for(measured)
+    (clock,) = (clock for clock in onlooker.health["detector"].clocks if clock.of == "camera")
+    assert clock.round_trip_s is not None and clock.offset_s is not None and clock.host
+    assert abs(clock.offset_s) <= clock.round_trip_s / 2, "both read the same clock"
+    silent = {clock.of for clock in onlooker.health["detector"].clocks if clock.offset_s is None}
+    assert "camera" not in silent and not any("clock" in text for text in onlooker.health["detector"].complaints)
+
+
+def test_an_answer_that_is_none_is_left_out(start: Callable[[Node], LiveRunner]) -> None:
+    onlooker = Onlooker()
+    runner = start(onlooker)
+    start(Eye())
+    intruder = zenoh.open(configuration(BusSettings(connect=(runner.endpoint,))))  # type: ignore[attr-defined]
+    asked = threading.Event()
+
+    def lie(query: zenoh.Query) -> None:
+        query.reply(str(query.key_expr), b"half past four")
+        asked.set()
+
+    answering = intruder.declare_queryable(clock_key("test", "camera"), lie)
+    assert asked.wait(20.0)
+    seen = onlooker.health["detector"].at_ns if "detector" in onlooker.health else 0
+    wait_for(lambda: "detector" in onlooker.health and onlooker.health["detector"].at_ns > seen)
+    (clock,) = (clock for clock in onlooker.health["detector"].clocks if clock.of == "camera")
+    assert clock.offset_s is None and clock.answers == 0
+    answering.undeclare()
+    intruder.close()
 
 
 def test_a_busy_port_is_one_clear_line() -> None:

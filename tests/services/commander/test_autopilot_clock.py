@@ -84,3 +84,46 @@ def test_nonsense_is_left_out(sent: int, boot: int, now: int) -> None:
     clock = AutopilotClock()
     clock.take_reply(sent, boot, now)
     assert not clock.synchronised
+
+
+@pytest.mark.parametrize("drift", [0.0, 80e-6, -80e-6, -0.05])
+def test_health_tells_the_drift_once_it_was_watched_for_ten_seconds(drift: float) -> None:
+    clock = AutopilotClock()
+    end = exchange(clock, np.random.default_rng(5), 8.0, drift)
+    assert clock.health(end).drift_ppm is None
+    end = exchange(clock, np.random.default_rng(6), 60.0, drift, start=end)
+    assert clock.health(end).drift_ppm == pytest.approx(1e6 * drift, abs=30.0)
+
+
+def test_health_tells_jitter_round_trip_and_what_was_left_out() -> None:
+    clock = AutopilotClock()
+    end = exchange(clock, np.random.default_rng(7), 5.0)
+    for _ in range(3):
+        clock.take_reply(end, boot_at(end) + 5 * NS_PER_S, end + 1_000_000)
+    clock.take_reply(end, -1, end)
+    health = clock.health(end + NS_PER_S)
+    assert health.answers == 50 and health.outliers == 4
+    assert health.jitter_s is not None and 1e-5 < health.jitter_s < 2e-3
+    assert health.round_trip_s is not None and 0.0006 < health.round_trip_s < 0.002
+    assert health.age_s == pytest.approx(1.0, abs=0.2) and health.offset_s is None
+
+
+def test_what_is_wrong_with_the_clock_has_words() -> None:
+    clock = AutopilotClock()
+    assert "not answered" in clock.complaints(EPOCH)[0]
+    end = exchange(clock, np.random.default_rng(8), 20.0)
+    assert clock.complaints(end) == ()
+    (silent,) = clock.complaints(end + 7 * NS_PER_S)
+    assert silent == "TIMESYNC has not been answered for 7 s"
+    slow = AutopilotClock()
+    (found,) = slow.complaints(exchange(slow, np.random.default_rng(9), 20.0, -0.05))
+    assert "5.0 % slow" in found
+
+
+def test_a_link_that_takes_long_makes_the_time_uncertain_and_says_so() -> None:
+    clock = AutopilotClock()
+    for number in range(30):
+        now = EPOCH + number * NS_PER_S // 10
+        clock.take_reply(now, boot_at(now + nanoseconds(0.04)), now + nanoseconds(0.08))
+    (found,) = clock.complaints(EPOCH + 3 * NS_PER_S)
+    assert "uncertain by 40 ms" in found
