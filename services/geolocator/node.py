@@ -95,7 +95,8 @@ class Geolocator(Node):
         looked_at_ns = (
             captured_at_ns if self._settings.lookup.pose == "capture" else self._poses.newest_ns(captured_at_ns)
         )
-        believed = self._view_at(looked_at_ns)
+        latency_s = self._settings.lookup.image_latency_s if self._settings.lookup.pose == "capture" else 0.0
+        believed = self._view_at(looked_at_ns - nanoseconds(latency_s))
         true = believed
         if self._settings.correction.method == "extrinsic":
             extrinsic = self._settings.correction.extrinsic

@@ -14,7 +14,7 @@ from services.camera.calibration_file import calibration_text, configured_calibr
 from services.camera.files import VIDEO_SUFFIXES, FilesError, listed_files, pictures_in
 from services.camera.simulated_camera import true_camera
 from services.detector.node import grey
-from station.calibrate import bias_command
+from station.calibrate import bias_command, delay_command
 from station.calibrate.board import BoardError, CalibrationBoard, Grey, board_from
 from station.calibrate.coverage import Coverage
 from station.calibrate.judge import complaints_after, complaints_before
@@ -34,7 +34,7 @@ class InputError(ValueError):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Describe `alight calibrate camera` and `alight calibrate bias`."""
+    """Describe `alight calibrate camera`, `alight calibrate bias` and `alight calibrate delay`."""
     actions = parser.add_subparsers(title="what", metavar="WHAT", required=True)
     meaning = "find a camera's intrinsic parameters from pictures of a board"
     camera = actions.add_parser("camera", help=meaning, description=sentence(meaning))
@@ -63,6 +63,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     bias = actions.add_parser("bias", help=meaning, description=sentence(meaning))
     bias_command.add_arguments(bias)
     bias.set_defaults(run=bias_command.run)
+    meaning = "find from any flights above the pad how much later than the light the frames are stamped"
+    delay = actions.add_parser("delay", help=meaning, description=sentence(meaning))
+    delay_command.add_arguments(delay)
+    delay.set_defaults(run=delay_command.run)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -4,13 +4,14 @@ import math
 
 import numpy as np
 import pytest
-from geolocation_scene import T0_NS, Scene, fly, geolocator, show
+from geolocation_scene import MS, T0_NS, Scene, fly, geolocator, show
 from hypothesis import given
 from hypothesis import strategies as st
 
+from alight.geometry.local import ned_between
 from alight.geometry.rotation import quaternion_from_euler, quaternion_multiply
 from schemas.settings import Settings
-from schemas.settings.geolocator import Correction, Extrinsic
+from schemas.settings.geolocator import Correction, Extrinsic, PoseLookup
 from services.geolocator.correction_file import CorrectionFileError, read_correction
 from services.geolocator.service import build
 
@@ -64,6 +65,26 @@ def test_late_stamps_are_put_back_to_the_light():
     assert fix.captured_at_ns == T0_NS
     np.testing.assert_allclose(fix.corrected.pad_ned_m, earlier.pad_from_vehicle_m, atol=1e-6)
     assert np.linalg.norm(np.subtract(fix.raw.position.altitude_amsl_m, fix.corrected.position.altitude_amsl_m)) > 0.05
+
+
+def test_the_delay_that_the_settings_give_counts_without_any_correction_and_the_corrections_own_before_it():
+    flying = Scene(velocity_ned_mps=(5.0, -3.0, 1.0))
+    earlier = Scene(vehicle_ned_m=(1.0 - 0.4, -2.0 + 0.24, -10.0 - 0.08))
+    plain = geolocator(lookup=PoseLookup(image_latency_s=0.08))
+    fly(plain, flying, -100, -60, -20, 10)
+    fix = show(plain, earlier.marker())
+    assert fix.captured_at_ns == T0_NS and fix.raw == fix.corrected
+    np.testing.assert_allclose(fix.raw.pad_ned_m, earlier.pad_from_vehicle_m, atol=1e-6)
+    assert np.linalg.norm(ned_between(fix.vehicle_position, flying.state(T0_NS - 80 * MS).position)) < 1e-6
+    both = geolocator(
+        lookup=PoseLookup(image_latency_s=0.05),
+        correction=Correction(method="extrinsic", extrinsic=Extrinsic(image_latency_s=0.08)),
+    )
+    fly(both, flying, -100, -60, -20, 10)
+    fix = show(both, earlier.marker())
+    assert np.linalg.norm(ned_between(fix.vehicle_position, flying.state(T0_NS - 80 * MS).position)) < 1e-6
+    later_m = fix.raw.position.altitude_amsl_m - fix.corrected.position.altitude_amsl_m
+    assert later_m == pytest.approx(-0.03, abs=1e-6), "raw by the settings' 50 ms, corrected by its own 80 ms"
 
 
 def test_a_correction_is_read_from_a_file(tmp_path):
