@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from alight.geometry.camera import PinholeCamera
 from alight.geometry.rotation import R_from_quaternion
 from alight.markers.layout import PadLayout
-from services.detector.aided.alignment import Aligner, Alignment, Guess
+from services.detector.aided.alignment import Aligner, Alignment
+from services.detector.aided.guess import Guess
 from services.detector.aided.level_view import LevelView, Region, level_view
 from services.detector.aided.marker_view import TiltPrior, views_of_square
 from services.detector.aided.noise import noise_level
@@ -174,17 +175,28 @@ class AidedBackend:
     def _tracked(self, view: View, aligner: Aligner) -> Alignment | None:
         """The marker where it should be after the last frame."""
         predicted = self._track.predicted(view)
-        guess = shifted_to_match(view.picture, aligner, predicted) if predicted is not None else None
-        if guess is None:
+        if predicted is None:
             return None
         tilt = _tilt(view.prior)
-        about = aligner.improved(view.picture, guess, tilt, _TRACK_STEPS)
-        if about is not None:
-            alignment = aligner.fitted(view.picture, rounded(about, aligner.cell_m), tilt, _LAST_STEPS)
-            if alignment is not None and is_still_marker(alignment, self._noise, tilt):
-                return alignment
+        alignment = self._followed(view, predicted, aligner, tilt)
+        if alignment is not None:
+            return alignment
+        guess = shifted_to_match(view.picture, aligner, predicted)
+        if guess is None:
+            return None
+        alignment = self._followed(view, guess, aligner, tilt)
+        if alignment is not None:
+            return alignment
         again = self._confirmed(view, None, [guess], aligner, tilt)
         return self._ended(view, again, aligner, tilt) if again is not None else None
+
+    def _followed(self, view: View, guess: Guess, aligner: Aligner, tilt: TiltPrior) -> Alignment | None:
+        """The fit from a guess that is nearly right; None if it is not."""
+        about = aligner.improved(view.picture, guess, tilt, _TRACK_STEPS)
+        if about is None:
+            return None
+        alignment = aligner.fitted(view.picture, rounded(about, aligner.cell_m), tilt, _LAST_STEPS)
+        return alignment if alignment is not None and is_still_marker(alignment, self._noise, tilt) else None
 
     @staticmethod
     def _ended(view: View, alignment: Alignment, aligner: Aligner, tilt: TiltPrior) -> Alignment:

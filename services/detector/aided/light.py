@@ -6,9 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from services.detector.aided.pattern import Shades, normal_distribution
+from services.detector.aided.pattern import normal_distribution
 
 Array = NDArray[np.float64]
+
+GROUND_LEVEL = 128.0
 
 _DIRECTIONS = 8
 _OFFSETS_HALVES = (-0.75, -0.38, 0.0, 0.38, 0.75)
@@ -17,6 +19,9 @@ _RIDGE = 1e-2
 _LEAST_CONTRAST = 18.0
 _DARKEST, _BRIGHTEST = -25.0, 290.0
 _DEEPEST = 6.0
+_WEIGHTS = np.array((1e3, 1e3, 100.0, 20.0, 20.0)) ** -2.0
+_MEANS = np.array((0.0, 0.0, GROUND_LEVEL, 0.0, 0.0))
+"""Of ink and board nothing is known; the ground is about grey and the light about even."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +40,8 @@ class ShadowEdge:
 class Lit:
     """Brightness as a sum of known columns with unknown factors."""
 
-    columns: Array
-    """(N, k): black ink, white board and ground, each lit; then, in even light, two slopes of the board's brightness."""
+    columns: tuple[Array, ...]
+    """k of (N,): black ink, white board and ground, each lit; then, in even light, two slopes of the board's brightness."""
     light: Array | None
     """(N,): how bright the light is at each pixel; None for even light."""
     beyond: Array | None
@@ -46,7 +51,7 @@ class Lit:
 
     def local(self, factors: Array) -> tuple[Array | float, Array | float, Array | float]:
         """Brightness of ink, board and ground at each pixel."""
-        ink, paper, ground = (float(value) for value in factors[:3])
+        ink, paper, ground = factors[:3].tolist()
         if self.light is None:
             return ink, paper, ground
         return ink * self.light, paper * self.light, ground * self.light
@@ -57,17 +62,17 @@ class Lit:
         """Derivatives of the brightness by angle, offset and logarithmic factor of the edge, each (N,)."""
         if self.light is None or self.beyond is None or self.density is None:
             raise ValueError("there is no edge")
-        paint, factor = self.columns @ factors / self.light, math.exp(edge.log_factor)
+        ink, white, ground = self.columns
+        paint = (factors[0] * ink + factors[1] * white + factors[2] * ground) / self.light
+        factor = math.exp(edge.log_factor)
         slope = paint * (factor - 1.0) * self.density
         sideways = (v - half) * math.cos(edge.angle_rad) - (u - half) * math.sin(edge.angle_rad)
         return slope * sideways, -slope, paint * factor * self.beyond
 
-    def unexplained_without_code(self, brightness: Array) -> float:
-        """Sum of squares that remains where the board is taken for blank: what light and ground do not explain."""
-        basis = np.column_stack((self.columns[:, 0] + self.columns[:, 1], self.columns[:, 2]))
-        A = basis.T @ basis + _RIDGE * np.eye(2)
-        remaining = brightness - basis @ np.linalg.solve(A, basis.T @ brightness)
-        return float(remaining @ remaining)
+
+def light_prior(count: int) -> tuple[Array, Array]:
+    """What is known beforehand of the factors of so many columns: inverse variances and means, each (count,)."""
+    return _WEIGHTS[:count], _MEANS[:count]
 
 
 def is_plausible(factors: Array, edge: ShadowEdge | None) -> bool:
@@ -84,17 +89,18 @@ def is_plausible(factors: Array, edge: ShadowEdge | None) -> bool:
     )
 
 
-def lit(white: Array, shades: Shades, u: Array, v: Array, half: float, edge: ShadowEdge | None, width: float) -> Lit:
+def light_columns(
+    white: Array, board: Array, u: Array, v: Array, half: float, edge: ShadowEdge | None, width: float
+) -> Lit:
     """The columns for places (u, v) of a marker whose half side is `half` cells; `width` is the edge's blur in cells."""
-    ink, ground = shades.board - white, 1.0 - shades.board
+    ink, ground = board - white, 1.0 - board
     if edge is None:
-        columns = np.column_stack((ink, white, ground, (u / half - 1.0) * white, (v / half - 1.0) * white))
-        return Lit(columns, None, None, None)
+        return Lit((ink, white, ground, (u / half - 1.0) * white, (v / half - 1.0) * white), None, None, None)
     z = ((u - half) * math.cos(edge.angle_rad) + (v - half) * math.sin(edge.angle_rad) - edge.offset) / width
     beyond = normal_distribution(z)
     light = 1.0 + (math.exp(edge.log_factor) - 1.0) * beyond
     density = np.exp(-0.5 * z * z) / (math.sqrt(2.0 * math.pi) * width)
-    return Lit(np.column_stack((ink * light, white * light, ground * light)), light, beyond, density)
+    return Lit((ink * light, white * light, ground * light), light, beyond, density)
 
 
 def light_at(u: Array, v: Array, half: float, edge: ShadowEdge, width: float) -> Array:
@@ -104,7 +110,9 @@ def light_at(u: Array, v: Array, half: float, edge: ShadowEdge, width: float) ->
     return light
 
 
-def likeliest_edge(shades: Shades, u: Array, v: Array, half: float, width: float, brightness: Array) -> ShadowEdge:
+def likeliest_edge(
+    white: Array, board: Array, u: Array, v: Array, half: float, width: float, brightness: Array
+) -> ShadowEdge:
     """The edge that, of a coarse choice, explains the picture best."""
     angles = np.arange(_DIRECTIONS) * math.pi / _DIRECTIONS
     along = (u - half)[None] * np.cos(angles)[:, None] + (v - half)[None] * np.sin(angles)[:, None]
@@ -112,7 +120,7 @@ def likeliest_edge(shades: Shades, u: Array, v: Array, half: float, width: float
     beyond = normal_distribution((along[:, None] - offsets[None, :, None]).reshape(-1, len(u)) / width)
     light = 1.0 + (np.array(_FACTORS)[:, None, None] - 1.0) * beyond[None]
     light = light.reshape(-1, len(u))
-    parts = np.stack((shades.board - shades.white, shades.white, 1.0 - shades.board))
+    parts = np.stack((board - white, white, 1.0 - board))
     columns = parts[None] * light[:, None]
     A = columns @ columns.transpose(0, 2, 1) + _RIDGE * np.eye(3)
     b = columns @ brightness

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from alight.markers.family import marker_cells
 from alight.markers.layout import PadLayout, PlacedMarker
+from services.detector.aided.one_thread import product
 
 Array = NDArray[np.float64]
 
@@ -65,6 +66,29 @@ class Pattern:
             white_uv=_dot(rows_u, slope_v),
             white_vv=_dot(rows, bend_v),
         )
+
+    def raster(self, u: Array, v: Array, blur_u: float, blur_v: float) -> NDArray[np.float32]:
+        """Everything on the grid of all u, (columns,), and all v, (rows,), in the order that `texture` names.
+
+        Returns:
+            (rows, columns, 9).
+        """
+        across, slope_u, bend_u = self._smooth_steps(u, blur_u)
+        down, slope_v, bend_v = self._smooth_steps(v, blur_v)
+        cover_u, cover_v = across[:, 0] - across[:, -1], down[:, 0] - down[:, -1]
+        steps = self._steps
+        raster = np.empty((len(v), len(u), 9), np.float32)
+        columns, columns_u, columns_uu = (steps @ each.T for each in (across, slope_u, bend_u))
+        raster[..., 0] = product(down, columns)
+        raster[..., 1] = np.outer(cover_v, cover_u)
+        raster[..., 2] = product(down, columns_u)
+        raster[..., 3] = product(slope_v, columns)
+        raster[..., 4] = np.outer(cover_v, slope_u[:, 0] - slope_u[:, -1])
+        raster[..., 5] = np.outer(slope_v[:, 0] - slope_v[:, -1], cover_u)
+        raster[..., 6] = product(down, columns_uu)
+        raster[..., 7] = product(bend_v, columns)
+        raster[..., 8] = product(slope_v, columns_u)
+        return raster
 
     def cell_shares(self, u: Array, v: Array, blur_u: float, blur_v: float) -> Array:
         """How much each cell, quiet zone included, contributes to each place, (N, (n + 2)^2)."""

@@ -22,13 +22,29 @@ class PixelRays:
         nodes = camera.undistorted(np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)).reshape(rows, columns, 2)
         large = cv2.resize(nodes, None, fx=_STEP_PX, fy=_STEP_PX, interpolation=cv2.INTER_LINEAR)
         first = 2 * _STEP_PX
-        self._rays = np.ascontiguousarray(
-            large[first : first + camera.height_px, first : first + camera.width_px], np.float32
-        )
+        rays = np.asarray(large[first : first + camera.height_px, first : first + camera.width_px], np.float32)
+        self._levels = {1: np.ascontiguousarray(rays.transpose(2, 0, 1))}
 
     def block(self, left: int, top: int, columns: int, rows: int, shrink: int) -> NDArray[np.float64]:
-        """Rays (rows, columns, 2) at the centres of blocks of `shrink` x `shrink` pixels from (left, top) on."""
-        if shrink == 1:
-            return self._rays[top : top + rows, left : left + columns].astype(np.float64)
-        part = self._rays[top : top + rows * shrink, left : left + columns * shrink]
-        return np.asarray(cv2.resize(part, (columns, rows), interpolation=cv2.INTER_AREA), np.float64)
+        """Rays (3, rows * columns), as x/z, y/z and 1, of a part of the picture made smaller.
+
+        Args:
+            left: First column, in pixels of the smaller picture.
+            top: First row.
+            columns: How many pixels of the smaller picture.
+            rows: Likewise.
+            shrink: A pixel of the smaller picture is a block of so many by so many of the whole one; a power of two.
+        """
+        part = self._level(shrink)[:, top : top + rows, left : left + columns]
+        rays = np.ones((3, part.shape[1] * part.shape[2]))
+        rays[:2] = part.reshape(2, -1)
+        return rays
+
+    def _level(self, shrink: int) -> NDArray[np.float32]:
+        level = self._levels.get(shrink)
+        if level is None:
+            finer = self._level(shrink // 2)
+            height, width = finer.shape[1] // 2, finer.shape[2] // 2
+            halves = finer[:, : 2 * height, : 2 * width].reshape(2, height, 2, width, 2)
+            level = self._levels[shrink] = np.asarray(halves.mean(axis=(2, 4)), np.float32)
+        return level

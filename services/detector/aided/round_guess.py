@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from alight.geometry.rotation import R_from_quaternion, quaternion_from_R, quaternion_normalised
-from services.detector.aided.alignment import Blur, Guess
+from services.detector.aided.guess import Blur, Guess
 from services.detector.aided.light import ShadowEdge
 from services.detector.aided.marker_view import MarkerView
 

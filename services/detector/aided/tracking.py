@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from alight.geometry.rotation import R_from_quaternion
 from schemas.message import Quaternion
-from services.detector.aided.alignment import Aligner, Guess
+from services.detector.aided.alignment import Aligner
+from services.detector.aided.guess import Guess
 from services.detector.aided.marker_view import MarkerView
 from services.detector.detector import GreyPicture, View
 
@@ -81,33 +82,30 @@ def shifted_to_match(picture: GreyPicture, aligner: Aligner, guess: Guess) -> Gu
     if not np.isfinite(corners).all():
         return None
     side_px = float(np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).mean())
-    shrink = max(int(side_px / _COARSE_SIDE_PX), 1)
+    shrink = 1 << max(math.ceil(math.log2(max(side_px, 1.0) / _COARSE_SIDE_PX)), 0)
     margin = math.ceil(max(_MARGIN_SIDES * side_px / shrink, _LEAST_MARGIN_PX))
     quiet_px = side_px / aligner.pattern.count
-    height, width = picture.shape
-    low = np.maximum(np.floor(corners.min(axis=0) - quiet_px).astype(int), 0)
-    high = np.minimum(np.ceil(corners.max(axis=0) + quiet_px).astype(int) + 1, (width, height))
-    size = (high - low) // shrink
-    if int(size.min()) < 4:
+    size = np.array(picture.shape[::-1]) // shrink
+    # All from here on in pixels of the smaller picture.
+    low = np.maximum(np.floor((corners.min(axis=0) - quiet_px) / shrink).astype(int), 0)
+    high = np.minimum(np.ceil((corners.max(axis=0) + quiet_px) / shrink).astype(int) + 1, size)
+    if int((high - low).min()) < 4:
         return None
-    left, top = max(int(low[0]) - margin * shrink, 0), max(int(low[1]) - margin * shrink, 0)
-    # The template has to lie on the grid of the smaller picture.
-    low = np.array((left, top)) + (low - (left, top)) // shrink * shrink
-    part = picture[top : int(high[1]) + margin * shrink, left : int(high[0]) + margin * shrink]
-    columns, rows = part.shape[1] // shrink, part.shape[0] // shrink
+    first, last = np.maximum(low - margin, 0), np.minimum(high + margin, size)
+    (left, top), (right, bottom) = (first * shrink).tolist(), (last * shrink).tolist()
+    part = picture[top:bottom, left:right]
     if shrink > 1:
-        part = np.asarray(
-            cv2.resize(part[: rows * shrink, : columns * shrink], (columns, rows), interpolation=cv2.INTER_AREA),
-            np.uint8,
-        )
-    template = aligner.rendered(guess, int(low[0]), int(low[1]), int(size[0]), int(size[1]), shrink)
-    if template is None or template.shape[0] > rows or template.shape[1] > columns:
+        columns, rows = (last - first).tolist()
+        part = np.asarray(cv2.resize(part, (columns, rows), interpolation=cv2.INTER_AREA), np.uint8)
+    x0, y0, wide, tall = np.concatenate((low, high - low)).tolist()
+    template = aligner.rendered(guess, x0, y0, wide, tall, shrink)
+    if template is None:
         return None
     match = cv2.matchTemplate(part, template, cv2.TM_CCOEFF_NORMED)
     _, best, _, (x, y) = cv2.minMaxLoc(match)
     if not best >= _LEAST_MATCH:
         return None
-    shift = np.array((left + x * shrink, top + y * shrink)) - low
+    shift = (first + np.array((x, y)) - low) * shrink
     middle = corners.mean(axis=0)
     rays = aligner.camera.undistorted(np.array((middle, middle + shift)))
     moved = guess.view.t + np.append((rays[1] - rays[0]) * guess.view.t[2], 0.0)

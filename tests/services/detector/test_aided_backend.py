@@ -7,7 +7,8 @@ from alight.geometry.rotation import quaternion_from_R
 from alight.markers.layout import layout_from
 from schemas.settings import Settings
 from services.camera.viewpoint import R_ned_marker
-from services.detector.aided.alignment import Aligner, Blur, Guess
+from services.detector.aided.alignment import Aligner
+from services.detector.aided.guess import Blur, Guess
 from services.detector.aided.light import ShadowEdge
 from services.detector.aided.marker_view import MarkerView, TiltPrior
 from services.detector.aided.noise import noise_level
@@ -118,7 +119,7 @@ def test_the_rays_between_the_nodes_are_those_of_the_lens(studio) -> None:
     rays = PixelRays(studio.camera).block(0, 0, 640, 480, 1)
     pixels = np.array([(0, 0), (639, 479), (3, 477), (321, 238), (600, 17)])
     exact = studio.camera.undistorted(pixels.astype(float))
-    assert np.abs(rays[pixels[:, 1], pixels[:, 0]] - exact).max() * 293.0 < 2e-3
+    assert np.abs(rays[:2, pixels[:, 1] * 640 + pixels[:, 0]].T - exact).max() * 293.0 < 2e-3
 
 
 def test_a_shadows_edge_across_the_pad_is_found(studio, aligner) -> None:
@@ -127,7 +128,7 @@ def test_a_shadows_edge_across_the_pad_is_found(studio, aligner) -> None:
     )
     model = aligner.rendered(guess, 300, 220, 48, 48, 1)
     picture = np.full((480, 640), 128, np.uint8)
-    u, v, _ = aligner.places(PixelRays(studio.camera).block(300, 220, 48, 48, 1).reshape(-1, 2), guess.view)
+    u, v, _ = aligner.places(PixelRays(studio.camera).block(300, 220, 48, 48, 1), guess.view)
     beyond = (u - 3.5) * math.cos(0.8) + (v - 3.5) * math.sin(0.8) > 0.5
     picture[220:268, 300:348] = model * np.where(beyond, math.exp(-0.8), 1.0).reshape(48, 48)
     even = aligner.fitted(picture, Guess(guess.view), TiltPrior(np.array((0.0, 0.0, -1.0)), 0.02), 8)
