@@ -33,6 +33,7 @@ _CONVERGED_CELLS = 8e-3
 _ABOUT_CELLS = 0.05
 _STAYED_CELLS = 0.3
 """A smaller step leaves the same pixels in view."""
+_ENOUGH_FOR_SHADOW = 200
 _INK, _PAPER = 28.0, 218.0
 _EDGE_ANGLE_SIGMA, _EDGE_OFFSET_SIGMA, _EDGE_LOG_SIGMA = 0.3, 1.0, 0.5
 _BLUR_WEIGHTS = np.array((_BLUR_LOG_SIGMA, _BLUR_LOG_SIGMA, _SLANT_SIGMA_PX2)) ** -2.0
@@ -119,22 +120,37 @@ class Aligner:
         seen = cv2.projectPoints(at, _NO_TURN, _NO_TURN, self._matrix, self._distortion)[0]
         return np.asarray(seen, np.float64).reshape(4, 2)
 
-    def fitted(self, picture: GreyPicture, begin: Guess, tilt: TiltPrior, steps: int) -> Alignment | None:
+    def fitted(
+        self, picture: GreyPicture, begin: Guess, tilt: TiltPrior, steps: int, least: tuple[float, ...] = ()
+    ) -> Alignment | None:
         """Improve a pose that is wrong by less than a cell or so.
 
+        Args:
+            picture: (height, width), grey levels.
+            begin: Where to begin.
+            tilt: Which way the print should face.
+            steps: How many steps at most.
+            least: How like the code the picture must be at the beginning, after the first step, ...: less is not worth going on.
+
         Returns:
-            None if the marker is not in view or the fit runs away.
+            None if the marker is not in view, the fit runs away or is given up.
         """
-        fit = self._run(picture, begin, tilt, steps, _CONVERGED_CELLS)
+        fit = self._run(picture, begin, tilt, steps, _CONVERGED_CELLS, least)
         return None if fit is None else self._finished(*fit)
 
     def improved(self, picture: GreyPicture, begin: Guess, tilt: TiltPrior, steps: int) -> Guess | None:
         """The same, but only about right, and without an account of it."""
-        fit = self._run(picture, begin, tilt, steps, _ABOUT_CELLS)
+        fit = self._run(picture, begin, tilt, steps, _ABOUT_CELLS, ())
         return None if fit is None else fit[1].guess
 
     def _run(
-        self, picture: GreyPicture, begin: Guess, tilt: TiltPrior, steps: int, enough_cells: float
+        self,
+        picture: GreyPicture,
+        begin: Guess,
+        tilt: TiltPrior,
+        steps: int,
+        enough_cells: float,
+        least: tuple[float, ...],
     ) -> tuple[Patch, _Step] | None:
         patch = self._patch(picture, begin.view)
         guess, step = begin, None
@@ -142,7 +158,7 @@ class Aligner:
             if patch is None:
                 return None
             step = self._step(patch, guess, tilt)
-            if step is None:
+            if step is None or (count < len(least) and step.model.code_likeness < least[count]):
                 return None
             guess = step.guess
             if step.moved_cells < enough_cells:
@@ -151,13 +167,16 @@ class Aligner:
                 patch = self._patch(picture, guess.view)
         return None if step is None or patch is None else (patch, step)
 
-    def shaded(self, alignment: Alignment) -> Guess:
-        """The same guess with the shadow's edge that explains the picture best."""
-        u, v, shades, width = self._shades(alignment)
-        edge = likeliest_edge(
-            shades[texture.WHITE], shades[texture.BOARD], u, v, self._half, width, alignment.patch.brightness
-        )
-        return Guess(alignment.guess.view, alignment.guess.blur, edge)
+    def shaded(self, alignment: Alignment) -> Guess | None:
+        """The same guess with the shadow's edge that explains the picture best; None if none explains it much better."""
+        patch, guess = alignment.patch, alignment.guess
+        few = slice(None, None, max(len(patch.brightness) // _ENOUGH_FOR_SHADOW, 1))
+        u, v, _ = self.places(patch.rays[:, few], guess.view)
+        s_u, s_v, _ = self._scale(guess.view).blur_cells(guess, patch.shrink)
+        shades = self._texture.shades(u, v, s_u, s_v)
+        white, board, brightness = shades[texture.WHITE], shades[texture.BOARD], patch.brightness[few]
+        edge = likeliest_edge(white, board, u, v, self._half, (s_u + s_v) / 2.0, brightness)
+        return Guess(guess.view, guess.blur, edge) if edge is not None else None
 
     def rendered(self, guess: Guess, left: int, top: int, columns: int, rows: int, shrink: int) -> GreyPicture | None:
         """The marker as it should look in a part of the picture, (rows, columns), made smaller by a power of two.
@@ -196,12 +215,6 @@ class Aligner:
         u, v, _ = self.places(patch.rays, alignment.view)
         s_u, s_v, _ = self._scale(alignment.view).blur_cells(alignment.guess, patch.shrink)
         return step * light_at(u, v, self._half, edge, (s_u + s_v) / 2.0)
-
-    def _shades(self, alignment: Alignment) -> tuple[Array, Array, Array, float]:
-        patch, guess = alignment.patch, alignment.guess
-        u, v, _ = self.places(patch.rays, guess.view)
-        s_u, s_v, _ = self._scale(guess.view).blur_cells(guess, patch.shrink)
-        return u, v, self._texture.shades(u, v, s_u, s_v), (s_u + s_v) / 2.0
 
     def _patch(self, picture: GreyPicture, view: MarkerView) -> Patch | None:
         plane = cells_from_rays(view, self.side_m, self.pattern.count)

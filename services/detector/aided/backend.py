@@ -26,10 +26,13 @@ from services.detector.detector import Detector, FoundMarker, Prior, Tally, View
 Array = NDArray[np.float64]
 
 _LEVEL_RATIO = 1.42
-_UNKNOWN_SIDES_PX = (BANK_SIDE_PX, BANK_SIDE_PX * _LEVEL_RATIO, BANK_SIDE_PX * _LEVEL_RATIO**2)
+_UNKNOWN_SIDES_PX = tuple(BANK_SIDE_PX * _LEVEL_RATIO**level for level in range(5))
+"""Larger markers OpenCV's detector misses where the edge of a shadow crosses them; to search a picture made that small takes little."""
 _LARGEST_ENLARGING = 1.3
 _PROPOSALS = 8
-_FIRST_STEPS, _MORE_STEPS = 4, 8
+_FIRST_STEPS, _MORE_STEPS = 4, 6
+_PROMISING = (0.66, 0.7)
+"""How like the code the picture is at a proposal, and one step on. Of some hundred pads, 8 m to 38 m, none that was found in the end had less than 0.74."""
 _TRACK_STEPS, _LAST_STEPS = 2, 4
 _WORSE = 1.05
 _LEAST_SCORE = 0.45
@@ -85,7 +88,7 @@ class AidedBackend:
         ):
             alignment = self._acquired(view, view.prior, aligner)
             if alignment is not None:
-                return self._begun(view, alignment, aligner)
+                return self._begun(view, alignment)
         found = self._whole_frame.detect(view)
         if any(self._layout.find(marker.family, marker.id) for marker in found):
             self._patience.found()
@@ -94,12 +97,12 @@ class AidedBackend:
             return found
         # Height and place may be wrong: look once more without them.
         alignment = self._acquired(view, _attitude_of(view.prior), aligner)
-        return (*found, *self._begun(view, alignment, aligner)) if alignment is not None else found
+        return (*found, *self._begun(view, alignment)) if alignment is not None else found
 
-    def _begun(self, view: View, alignment: Alignment, aligner: Aligner) -> tuple[FoundMarker, ...]:
+    def _begun(self, view: View, alignment: Alignment) -> tuple[FoundMarker, ...]:
         self._tally.add("found_by_pattern")
         self._patience.found()
-        return (self._found(view, self._ended(view, alignment, aligner, _tilt(view.prior))),)
+        return (self._found(view, alignment),)
 
     def counters(self) -> Mapping[str, int]:
         """How the pad was found."""
@@ -121,7 +124,7 @@ class AidedBackend:
         alignment = self._confirmed(view, None, [Guess(each) for each in views], aligner, _tilt(view.prior))
         if alignment is None:
             return marker
-        return self._found(view, self._ended(view, alignment, aligner, _tilt(view.prior)))
+        return self._found(view, alignment)
 
     def _acquired(self, view: View, prior: Prior | None, aligner: Aligner) -> Alignment | None:
         """The marker where, and as large as, the prior says, or anywhere and of any size small enough where it says nothing."""
@@ -144,7 +147,7 @@ class AidedBackend:
         """The first of the guesses, the likeliest tried first, that turns out to be the marker."""
         hopeful: list[Alignment] = []
         for guess in guesses:
-            first = aligner.fitted(view.picture, guess, tilt, _FIRST_STEPS)
+            first = aligner.fitted(view.picture, guess, tilt, _FIRST_STEPS, _PROMISING)
             if first is None or first.code_likeness(self._noise) < _HOPELESS:
                 continue
             if first.code_likeness(self._noise) >= _HOPEFUL:
@@ -163,13 +166,12 @@ class AidedBackend:
         self, view: View, prior: Prior | None, first: Alignment, aligner: Aligner, tilt: TiltPrior
     ) -> Alignment | None:
         """The fit gone on with, if needed with the edge of a shadow; None if it does not show the marker."""
-        even = aligner.fitted(view.picture, first.guess, tilt, _MORE_STEPS)
-        if even is None:
-            return None
+        even = self._ended(view, first, aligner, tilt)
         if even.likeness < _SHADOW_BELOW and even.code_likeness(self._noise) >= _SHADOW_ABOVE:
-            shaded = aligner.fitted(view.picture, aligner.shaded(even), tilt, _MORE_STEPS)
+            begin = aligner.shaded(even)
+            shaded = aligner.fitted(view.picture, begin, tilt, _MORE_STEPS) if begin is not None else None
             if shaded is not None and shaded.residual < _SHADOW_GAIN * even.residual:
-                even = shaded
+                even = self._ended(view, shaded, aligner, tilt)
         return even if is_marker(even, aligner, self._noise, tilt, prior) else None
 
     def _tracked(self, view: View, aligner: Aligner) -> Alignment | None:
@@ -187,8 +189,7 @@ class AidedBackend:
         alignment = self._followed(view, guess, aligner, tilt)
         if alignment is not None:
             return alignment
-        again = self._confirmed(view, None, [guess], aligner, tilt)
-        return self._ended(view, again, aligner, tilt) if again is not None else None
+        return self._confirmed(view, None, [guess], aligner, tilt)
 
     def _followed(self, view: View, guess: Guess, aligner: Aligner, tilt: TiltPrior) -> Alignment | None:
         """The fit from a guess that is nearly right; None if it is not."""
@@ -201,7 +202,7 @@ class AidedBackend:
     @staticmethod
     def _ended(view: View, alignment: Alignment, aligner: Aligner, tilt: TiltPrior) -> Alignment:
         """A fit gone through to its end from a rounded beginning."""
-        last = aligner.fitted(view.picture, rounded(alignment.guess, aligner.cell_m), tilt, _LAST_STEPS)
+        last = aligner.fitted(view.picture, rounded(alignment.guess, aligner.cell_m), tilt, _MORE_STEPS)
         if last is None or last.residual > _WORSE * alignment.residual + 1.0:
             return alignment
         return last

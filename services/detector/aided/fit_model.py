@@ -65,6 +65,11 @@ class FitModel:
         """Sum of the squared residuals."""
         return float(self.residual @ self.residual)
 
+    @property
+    def code_likeness(self) -> float:
+        """Correlation of the code alone with what light and ground leave unexplained, 0 to 1."""
+        return math.sqrt(max(1.0 - self.residual2 / max(self.blank_residual2, 1e-9), 0.0))
+
 
 def fit_model(
     pattern: PatternTexture, patch: Patch, guess: Guess, side_m: float, count: int, scale: PrintScale

@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 _STEEPEST_RAD = math.radians(60.0)
 _LARGEST_PART = 1.6
 """How many times the pixels of the whole picture a levelled one may have."""
+_FINE, _MARGIN_PX = 0.75, 12
 _STRAIGHT_RAD = math.radians(2.0)
 
 
@@ -85,15 +86,9 @@ def level_view(
     width, height = (int(value) for value in (high - low + 1.0).tolist())
     if width * height > _LARGEST_PART * camera.width_px * camera.height_px * max(scale, 1.0) ** 2:
         return _scaled(picture, camera, min(scale, 1.0), region)
-    smaller, shrink = picture, 1.0
-    if scale < 0.75:
-        shrink = 1.0 / round(1.0 / scale)
-        size = (round(camera.width_px * shrink), round(camera.height_px * shrink))
-        smaller = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
     A = np.array([[focal_px, 0.0, -low[0]], [0.0, focal_px, -low[1]], [0.0, 0.0, 1.0]])
-    half = (1.0 - shrink) / 2.0
-    S = np.array([[shrink, 0.0, -half], [0.0, shrink, -half], [0.0, 0.0, 1.0]])
-    source_from_level = S @ camera.matrix @ R @ np.linalg.inv(A)
+    smaller, smaller_from_whole = _smaller(picture, outline, max(round(1.0 / scale), 1) if scale < _FINE else 1)
+    source_from_level = smaller_from_whole @ camera.matrix @ R @ np.linalg.inv(A)
     turned = cv2.warpPerspective(
         smaller,
         source_from_level,
@@ -102,6 +97,22 @@ def level_view(
         borderMode=cv2.BORDER_REPLICATE,
     )
     return LevelView(np.asarray(turned, np.uint8), camera, R, focal_px, (-float(low[0]), -float(low[1])))
+
+
+def _smaller(picture: GreyPicture, outline: Array, shrink: int) -> tuple[GreyPicture, Array]:
+    """What lies within an outline (N, 2), with a margin, made smaller; and how it is come to from the whole, (3, 3)."""
+    height, width = picture.shape
+    margin = _MARGIN_PX * shrink
+    left, top = (max(int(value - margin) // shrink * shrink, 0) for value in outline.min(axis=0).tolist())
+    right, bottom = np.ceil(outline.max(axis=0) + margin).astype(int).tolist()
+    columns = max((min(right, width) - left) // shrink, 1)
+    rows = max((min(bottom, height) - top) // shrink, 1)
+    part = picture[top : top + rows * shrink, left : left + columns * shrink]
+    if shrink > 1:
+        part = np.asarray(cv2.resize(part, (columns, rows), interpolation=cv2.INTER_AREA), np.uint8)
+    half = (1.0 - 1.0 / shrink) / 2.0
+    across, down = -left / shrink - half, -top / shrink - half
+    return part, np.array([[1.0 / shrink, 0.0, across], [0.0, 1.0 / shrink, down], [0.0, 0.0, 1.0]])
 
 
 def _scaled(picture: GreyPicture, camera: PinholeCamera, scale: float, region: Region | None) -> LevelView | None:

@@ -16,6 +16,8 @@ _DIRECTIONS = 8
 _OFFSETS_HALVES = (-0.75, -0.38, 0.0, 0.38, 0.75)
 _FACTORS = (0.35, 0.5, 0.7, 1.4, 2.0, 2.9)
 _RIDGE = 1e-2
+_LARGEST_SHADOW_SHARE = 0.75
+"""What the edge may leave of the square that even light leaves. It leaves 0.68 and less of that of pads which a shadow's edge does cross."""
 _LEAST_CONTRAST = 18.0
 _DARKEST, _BRIGHTEST = -25.0, 290.0
 _DEEPEST = 6.0
@@ -112,19 +114,22 @@ def light_at(u: Array, v: Array, half: float, edge: ShadowEdge, width: float) ->
 
 def likeliest_edge(
     white: Array, board: Array, u: Array, v: Array, half: float, width: float, brightness: Array
-) -> ShadowEdge:
-    """The edge that, of a coarse choice, explains the picture best."""
+) -> ShadowEdge | None:
+    """The edge that, of a coarse choice, explains the picture best; None if none explains it much better than even light."""
     angles = np.arange(_DIRECTIONS) * math.pi / _DIRECTIONS
     along = (u - half)[None] * np.cos(angles)[:, None] + (v - half)[None] * np.sin(angles)[:, None]
     offsets = np.array(_OFFSETS_HALVES) * half
     beyond = normal_distribution((along[:, None] - offsets[None, :, None]).reshape(-1, len(u)) / width)
     light = 1.0 + (np.array(_FACTORS)[:, None, None] - 1.0) * beyond[None]
-    light = light.reshape(-1, len(u))
+    light = np.concatenate((light.reshape(-1, len(u)), np.ones((1, len(u)))))
     parts = np.stack((board - white, white, 1.0 - board))
     columns = parts[None] * light[:, None]
     A = columns @ columns.transpose(0, 2, 1) + _RIDGE * np.eye(3)
     b = columns @ brightness
-    explained = np.einsum("ij,ij->i", b, np.linalg.solve(A, b[..., None])[..., 0])
-    best, place = divmod(int(np.argmax(explained)), len(angles) * len(offsets))
+    unexplained = brightness @ brightness - np.einsum("ij,ij->i", b, np.linalg.solve(A, b[..., None])[..., 0])
+    best = int(np.argmin(unexplained[:-1]))
+    if unexplained[best] > _LARGEST_SHADOW_SHARE * unexplained[-1]:
+        return None
+    factor, place = divmod(best, len(angles) * len(offsets))
     angle, offset = divmod(place, len(offsets))
-    return ShadowEdge(float(angles[angle]), float(offsets[offset]), math.log(_FACTORS[best]))
+    return ShadowEdge(float(angles[angle]), float(offsets[offset]), math.log(_FACTORS[factor]))

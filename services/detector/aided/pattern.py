@@ -3,17 +3,21 @@
 import math
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from alight.markers.family import marker_cells
 from alight.markers.layout import PadLayout, PlacedMarker
-from services.detector.aided.one_thread import product
+from services.detector.aided.one_thread import Real, product
 
 Array = NDArray[np.float64]
 
 _ROOT_2_PI = math.sqrt(2.0 * math.pi)
 _HIDDEN_SAMPLES = 8
+_BOARDS = ((0, 0), (0, 1), (1, 0))
+_VALUES = (*_BOARDS, (0, 2), (2, 0), (1, 1))
+"""Which derivatives are drawn: how often by v, how often by u."""
 
 
 @dataclass(frozen=True)
@@ -73,22 +77,15 @@ class Pattern:
         Returns:
             (rows, columns, 9).
         """
-        across, slope_u, bend_u = self._smooth_steps(u, blur_u)
-        down, slope_v, bend_v = self._smooth_steps(v, blur_v)
-        cover_u, cover_v = across[:, 0] - across[:, -1], down[:, 0] - down[:, -1]
-        steps = self._steps
-        raster = np.empty((len(v), len(u), 9), np.float32)
-        columns, columns_u, columns_uu = (steps @ each.T for each in (across, slope_u, bend_u))
-        raster[..., 0] = product(down, columns)
-        raster[..., 1] = np.outer(cover_v, cover_u)
-        raster[..., 2] = product(down, columns_u)
-        raster[..., 3] = product(slope_v, columns)
-        raster[..., 4] = np.outer(cover_v, slope_u[:, 0] - slope_u[:, -1])
-        raster[..., 5] = np.outer(slope_v[:, 0] - slope_v[:, -1], cover_u)
-        raster[..., 6] = product(down, columns_uu)
-        raster[..., 7] = product(bend_v, columns)
-        raster[..., 8] = product(slope_v, columns_u)
-        return raster
+        across, down = (
+            np.stack(self._smooth_steps(places.astype(np.float32), blur)) for places, blur in ((u, blur_u), (v, blur_v))
+        )
+        columns = across @ self._steps.T.astype(np.float32)
+        # The board without its code is a single cell.
+        cover_u, cover_v = (each[:, :, :1] - each[:, :, -1:] for each in (across, down))
+        values = [product(down[row], columns[column].T) for row, column in _VALUES]
+        boards = [cover_v[row] * cover_u[column].T for row, column in _BOARDS]
+        return np.asarray(cv2.merge([values[0], boards[0], *values[1:3], *boards[1:], *values[3:]]), np.float32)
 
     def cell_shares(self, u: Array, v: Array, blur_u: float, blur_v: float) -> Array:
         """How much each cell, quiet zone included, contributes to each place, (N, (n + 2)^2)."""
@@ -96,10 +93,10 @@ class Pattern:
         shares: Array = (down[:, :, None] * across[:, None, :]).reshape(len(u), -1)
         return shares
 
-    def _smooth_steps(self, places: Array, blur: float) -> tuple[Array, Array, Array]:
+    def _smooth_steps(self, places: NDArray[Real], blur: float) -> tuple[NDArray[Real], NDArray[Real], NDArray[Real]]:
         """The blurred step at every edge, and its first and second derivatives by the place, each (N, n + 3)."""
-        z = (places[:, None] - self._edges) / blur
-        density = np.exp(-0.5 * z * z) / (_ROOT_2_PI * blur)
+        z = (places[:, None] - self._edges.astype(places.dtype)) / blur
+        density = np.asarray(np.exp(-0.5 * z * z) / (_ROOT_2_PI * blur), places.dtype)
         return normal_distribution(z), density, -z / blur * density
 
 
@@ -108,10 +105,9 @@ def _dot(a: Array, b: Array) -> Array:
     return product
 
 
-def normal_distribution(z: Array) -> Array:
+def normal_distribution(z: NDArray[Real]) -> NDArray[Real]:
     """The normal distribution function, wrong by at most 2e-4."""
-    smooth: Array = 0.5 + 0.5 * np.tanh(0.7978845608 * z * (1.0 + 0.044715 * z * z))
-    return smooth
+    return np.asarray(0.5 + 0.5 * np.tanh(0.7978845608 * z * (1.0 + 0.044715 * z * z)), z.dtype)
 
 
 def pattern_of(marker: PlacedMarker, layout: PadLayout) -> Pattern:

@@ -25,9 +25,11 @@ _DARKEST = 15.0
 _INK, _PAPER, _GROUND = 28.0, 218.0, 118.0
 _FLOOR = 0.06
 """Contrast, as a difference of logarithms a pixel, below which a place is taken for flat."""
-_PLACES = 320
+_LEAST_ROUND_SCORE = 0.1
+_PLACES, _FEWEST_PLACES = 320, 80
+_PIXELS_A_PLACE = 700
 _CLOSER = 48
-_KEENER = 32
+_KEENER = 20
 _RING_CELLS = 1.05
 _APART_PX = 2.5
 _CHANGES = ((0.4, 0.0, 0.0, 0.0), (0.0, 0.4, 0.0, 0.0), (0.0, 0.0, 0.06, 0.0), (0.0, 0.0, 0.0, 0.05))
@@ -164,14 +166,21 @@ class PatternSearch:
     def _round_places(self, light: Field) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         box = (self._box, self._box)
         mean = cv2.boxFilter(light, -1, box, borderType=cv2.BORDER_REPLICATE)
-        squares = cv2.sqrBoxFilter(light, cv2.CV_32F, box, borderType=cv2.BORDER_REPLICATE)
-        deviation = np.sqrt(np.maximum(squares - mean * mean, 0.0) * np.float32(self._disc.sum()))
-        response = cv2.filter2D(light, -1, self._ring, borderType=cv2.BORDER_REPLICATE)
-        score = np.asarray(response / (deviation + np.float32(self._floor)), np.float32)
-        peaks = np.flatnonzero((score >= cv2.dilate(score, np.ones((3, 3), np.uint8))) & (score > 0.1))
-        if len(peaks) > _PLACES:
+        spread = np.asarray(cv2.sqrBoxFilter(light, cv2.CV_32F, box, borderType=cv2.BORDER_REPLICATE), np.float32)
+        # In place: at this size of arrays it is memory that takes the time.
+        spread -= np.asarray(cv2.multiply(mean, mean, dst=mean), np.float32)
+        np.maximum(spread, 0.0, out=spread)
+        np.sqrt(spread, out=spread)
+        spread *= np.float32(math.sqrt(float(self._disc.sum())))
+        spread += np.float32(self._floor)
+        score = np.asarray(cv2.filter2D(light, -1, self._ring, borderType=cv2.BORDER_REPLICATE), np.float32)
+        score /= spread
+        score[score <= _LEAST_ROUND_SCORE] = -1.0
+        peaks = np.flatnonzero((score == cv2.dilate(score, np.ones((3, 3), np.uint8))) & (score > 0.0))
+        most = min(max(light.size // _PIXELS_A_PLACE, _FEWEST_PLACES), _PLACES)
+        if len(peaks) > most:
             values = score.ravel()[peaks]
-            peaks = np.sort(peaks[np.argpartition(-values, _PLACES)[:_PLACES]])
+            peaks = np.sort(peaks[np.argpartition(-values, most)[:most]])
         rows, columns = np.divmod(peaks, light.shape[1])
         return rows, columns
 

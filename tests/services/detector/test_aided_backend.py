@@ -132,7 +132,9 @@ def test_a_shadows_edge_across_the_pad_is_found(studio, aligner) -> None:
     beyond = (u - 3.5) * math.cos(0.8) + (v - 3.5) * math.sin(0.8) > 0.5
     picture[220:268, 300:348] = model * np.where(beyond, math.exp(-0.8), 1.0).reshape(48, 48)
     even = aligner.fitted(picture, Guess(guess.view), TiltPrior(np.array((0.0, 0.0, -1.0)), 0.02), 8)
-    shaded = aligner.fitted(picture, aligner.shaded(even), TiltPrior(np.array((0.0, 0.0, -1.0)), 0.02), 12)
+    begin = aligner.shaded(even)
+    assert begin is not None
+    shaded = aligner.fitted(picture, begin, TiltPrior(np.array((0.0, 0.0, -1.0)), 0.02), 12)
     assert shaded.residual < 0.6 * even.residual
     assert abs(shaded.guess.edge.log_factor) == pytest.approx(0.8, abs=0.15)
 
