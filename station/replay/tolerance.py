@@ -52,6 +52,7 @@ LOSSY = Tolerances(
         confidence=(r"covariance|variance|sigma|noise|shared|reprojection_error_px|ambiguity|nis$", NOT_COMPARED),
         attitude=(r"q_\w+\[\d+\]$", NOT_COMPARED),
         words=(r"(^|\.)detail$", NOT_COMPARED),
+        count=(r"(^|\.)poses$", NOT_COMPARED),
         pixel=(r"_px(\[\d+\])*$", 1.0),
         geodetic=(r"(latitude|longitude)_deg", 3e-6),
         length=(r"_m(\[\d+\])?$", 0.3),
@@ -60,7 +61,8 @@ LOSSY = Tolerances(
     ),
 )
 """For pictures that were compressed with loss after the detector had seen them. What says how sure somebody is, and what puts numbers
-into words, is not compared, nor is the attitude of the two planar poses, of which either may come first."""
+into words, is not compared, nor is the attitude of the two planar poses, of which either may come first, nor whether there are two: from straight above, hundredths of a
+pixel decide whether they are one."""
 
 BY_NAME = {"exact": EXACT, "rounding": ROUNDING, "lossy": LOSSY}
 """What `--tolerance` takes."""
