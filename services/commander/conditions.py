@@ -84,6 +84,8 @@ def vehicle_state_stale(s: Situation) -> str | None:
     """Where the vehicle is, is not known well enough to steer."""
     if s.state_age_s is None:
         return "the vehicle's position is not known"
+    if s.state_age_s < -s.settings.state_stale_after_s:
+        return f"vehicle state is of {-s.state_age_s:.2f} s from now: a clock was set back"
     if s.state_age_s > s.settings.state_stale_after_s:
         return f"vehicle state is {s.state_age_s:.2f} s old, limit {s.settings.state_stale_after_s:g} s"
     return None

@@ -99,8 +99,10 @@ class AutopilotLink:
         if now_ns >= self._next_timesync_ns:
             self._next_timesync_ns = now_ns + TIMESYNC_PERIOD_NS
             self._send(mavlink.MAVLink_timesync_message(0, now_ns))
-        for command in self._streams.due(now_ns):
-            self._commands.submit(command)
+        if not self.is_waiting(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL):
+            # They queue up behind each other; an autopilot that answers none would let the queue grow for ever.
+            for command in self._streams.due(now_ns):
+                self._commands.submit(command)
         for message in self._parameters.due(now_ns, *self._target()):
             self._send(message)
         self._send_commands(now_ns)
@@ -212,11 +214,11 @@ class AutopilotLink:
 
     def _take_position(self, message: Any, now_ns: int) -> None:
         self._note_boot_time(message.time_boot_ms, now_ns)
-        self._keep(self._assembly.take_position(message))
+        self._keep(self._assembly.take_position(message, now_ns))
 
     def _take_attitude(self, message: Any, now_ns: int) -> None:
         self._note_boot_time(message.time_boot_ms, now_ns)
-        self._keep(self._assembly.take_attitude(message))
+        self._keep(self._assembly.take_attitude(message, now_ns))
 
     def _keep(self, state: VehicleState | None) -> None:
         if state is not None:
@@ -261,6 +263,7 @@ class AutopilotLink:
     def _forget_autopilot(self) -> None:
         self._newest_boot_ms = 0
         self.clock.reset()
+        self._status.reset()
         self._assembly.reset()
         self._streams.reset()
         self._parameters.reset()

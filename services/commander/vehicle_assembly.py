@@ -1,10 +1,12 @@
 """One vehicle state from a position and the attitudes around it."""
 
+import math
 from collections import deque
 from dataclasses import dataclass
 from typing import Any
 
 from alight.geometry.rotation import quaternion_normalised, slerp
+from alight.runtime.clock import nanoseconds
 from schemas.message import GlobalPosition, Quaternion, Vector3
 from schemas.vehicle import VehicleState
 from services.commander.autopilot_clock import AutopilotClock
@@ -16,6 +18,8 @@ MAX_GAP_MS = 100
 MAX_SEPARATION_M = 120.0
 """The geoid is nowhere farther from the ellipsoid."""
 FIX_3D = 3
+MAX_AHEAD_NS = nanoseconds(0.1)
+"""A state that comes out later than now by more than this is not believed: every later one would be older than it, and left out."""
 SEPARATION_WAIT_MS = 1500
 """How long the first states wait for GPS_RAW_INT, lest the ellipsoidal height jump when it comes."""
 
@@ -34,7 +38,7 @@ class VehicleAssembly:
         self._clock = clock
         self._newest_ns = 0
         self.dropped = 0
-        """Positions that no attitude fitted to, or that came out of order."""
+        """Positions that no attitude fitted to, that came out of order or from the future, or that hold no sense."""
         self.reset()
 
     def reset(self) -> None:
@@ -44,18 +48,18 @@ class VehicleAssembly:
         self._separation_m: float | None = None
         self._first_boot_ms: int | None = None
 
-    def take_attitude(self, message: Any) -> VehicleState | None:
+    def take_attitude(self, message: Any, now_ns: int) -> VehicleState | None:
         """Take an ATTITUDE_QUATERNION; returns the state that waited for it."""
         q = (message.q1, message.q2, message.q3, message.q4)
-        if not 0.9 < sum(part * part for part in q) < 1.1:
+        rates = (message.rollspeed, message.pitchspeed, message.yawspeed)
+        if not 0.9 < sum(part * part for part in q) < 1.1 or not all(map(math.isfinite, rates)):
             return None
         if self._attitudes and message.time_boot_ms <= self._attitudes[-1].boot_ms:
             return None
-        rates = (message.rollspeed, message.pitchspeed, message.yawspeed)
         self._attitudes.append(_Attitude(message.time_boot_ms, quaternion_normalised(q), rates))
-        return self._complete()
+        return self._complete(now_ns)
 
-    def take_position(self, message: Any) -> VehicleState | None:
+    def take_position(self, message: Any, now_ns: int) -> VehicleState | None:
         """Take a GLOBAL_POSITION_INT; returns its state if the attitudes around it are known already."""
         if self._first_boot_ms is None:
             self._first_boot_ms = message.time_boot_ms
@@ -64,7 +68,7 @@ class VehicleAssembly:
         if self._waiting is not None:
             self.dropped += 1
         self._waiting = message
-        return self._complete()
+        return self._complete(now_ns)
 
     def take_gps(self, message: Any, armed: bool) -> None:
         """Take the geoid separation of a GPS_RAW_INT. It is frozen in flight, where a jump of it would be a jump of the height."""
@@ -104,14 +108,14 @@ class VehicleAssembly:
             ellipsoidal_height_m=altitude_amsl_m + (self._separation_m or 0.0),
         )
 
-    def _complete(self) -> VehicleState | None:
+    def _complete(self, now_ns: int) -> VehicleState | None:
         message = self._waiting
         if message is None or not self._attitudes or self._attitudes[-1].boot_ms < message.time_boot_ms:
             return None
         self._waiting = None
         attitude = self.attitude_at(message.time_boot_ms)
         at_ns = self._clock.utc_ns(message.time_boot_ms * NS_PER_MS)
-        if attitude is None or at_ns is None or at_ns <= self._newest_ns:
+        if attitude is None or at_ns is None or not self._newest_ns < at_ns <= now_ns + MAX_AHEAD_NS:
             self.dropped += 1
             return None
         try:
