@@ -51,20 +51,27 @@ class Execution:
         self._reposition: Reposition | None = None
         self._refusals = 0
         self._asked_ns = 0
+        self._ending = False
         self._ground_ns: int | None = None
         self._landing_mode = False
         self._acts: dict[Phase, Callable[[Situation, bool], Setpoint | None]] = {
             Phase.TAKEOFF: self._climb,
+            Phase.TRANSIT: self._fly_on,
             Phase.ACQUIRE: self._keep_holding,
             Phase.HOLD: self._keep_holding,
             Phase.DESCEND: self._descend,
             Phase.TOUCHDOWN: self._touch_down,
+            Phase.ABORTED: self._end,
+            Phase.FAILED: self._end,
         }
 
     def begin(self, phase: Phase, before: Phase, code: str, s: Situation) -> None:
         """Start a phase. What was under way for the last one is called back first."""
         self._link.recall_flight_commands()
         self.refusal, self._refusals, self._asked_ns = None, 0, 0
+        self._ending = False
+        if phase not in ACTIVE or before not in ACTIVE:
+            self._authority.release()
         if phase is Phase.TAKEOFF:
             self._prepare_takeoff(s)
         elif phase is Phase.TRANSIT:
@@ -74,9 +81,8 @@ class Execution:
         elif phase is Phase.TOUCHDOWN and self._glide is not None:
             self._glide.touch_down()
         elif _ends_in_hold(phase, before) and code != "at_start" and not s.rebooted:
+            self._ending = phase not in ACTIVE
             self._hold(before, s)
-        if phase not in ACTIVE:
-            self._authority.release()
         if phase is Phase.LANDED and s.status.mode is not FlightMode.HOLD:
             # Out of OFFBOARD or LAND, in which PX4 would not arm again.
             self._link.command(commands.set_mode(FlightMode.HOLD), s.now_ns)
@@ -96,7 +102,10 @@ class Execution:
 
     def take_outcome(self, outcome: Outcome) -> None:
         """Take what became of a command. ACCEPTED is not done: what is flown is seen in the mode."""
-        if outcome.result is Result.ACCEPTED:
+        repositions = outcome.command.id == commands.REPOSITION
+        if outcome.result is Result.ACCEPTED or (repositions and outcome.result is Result.UNSUPPORTED):
+            # PX4 before June 2026 answers UNSUPPORTED to a reposition without a change of mode, and flies it all the same.
+            self._refusals = 0
             return
         self._refusals += 1
         arming = outcome.command.id == commands.ARM_DISARM
@@ -123,8 +132,8 @@ class Execution:
 
     def _climb(self, s: Situation, _: bool) -> None:
         if s.status.armed:
-            if not self.climbing_asked and self.takeoff_point is not None:
-                self.climbing_asked = True
+            if (not self.climbing_asked or self._lost(commands.TAKEOFF, s)) and self.takeoff_point is not None:
+                self.climbing_asked, self._asked_ns = True, s.now_ns
                 height_m = self._settings.takeoff_height_m if self.start_ned_m is None else -self.start_ned_m[2]
                 self._ask(FlightMode.TAKEOFF, commands.takeoff(self.takeoff_point.altitude_amsl_m + height_m), s)
         elif s.now_ns - self._asked_ns >= ASK_AGAIN_NS and not s.was_armed:
@@ -134,8 +143,19 @@ class Execution:
             elif s.status.ready_to_arm or s.phase_age_s > NOT_READY_PATIENCE_S:
                 self._link.command(commands.arm(), s.now_ns)
 
+    def _fly_on(self, s: Situation, _: bool) -> None:
+        if self._lost(commands.REPOSITION, s):
+            self._fly_to_start(s)
+
+    def _lost(self, command_id: int, s: Situation) -> bool:
+        """Whether the phase's command was not answered, or put off, a while ago, so that it has to be sent anew."""
+        return (
+            self._refusals > 0 and not self._link.is_waiting(command_id) and s.now_ns - self._asked_ns >= ASK_AGAIN_NS
+        )
+
     def _fly_to_start(self, s: Situation) -> None:
         if self.start is not None:
+            self._asked_ns = s.now_ns
             self._ask(FlightMode.HOLD, commands.reposition(self.start, _yaw_of(s)), s)
 
     # Holding -------------------------------------------------------------------------------------------------------
@@ -143,6 +163,8 @@ class Execution:
     def _hold(self, before: Phase, s: Situation) -> None:
         """Let the autopilot hold by its own HOLD mode: it goes on holding if this process or the link dies now."""
         if not s.airborne:
+            if before is Phase.TAKEOFF and (s.status.armed or not s.was_armed):
+                self._stay_down(s)
             return
         self._asked_ns = s.now_ns
         if s.status.mode is not FlightMode.HOLD:
@@ -152,6 +174,25 @@ class Execution:
         if before in (Phase.TRANSIT, Phase.DESCEND, Phase.TOUCHDOWN) and s.state is not None:
             # In HOLD already, but under way to the last place that it was sent to.
             self._link.command(commands.reposition(s.state.position, None), s.now_ns)
+
+    def _stay_down(self, s: Situation) -> None:
+        """Call back a takeoff before it lifts off: it spools up for seconds after its command, and is not to climb any more.
+
+        In the very moment of the lift-off the autopilot refuses to disarm; then HOLD stops it.
+        """
+        self._ask(FlightMode.HOLD, commands.set_mode(FlightMode.HOLD), s)
+        self._link.command(commands.disarm(), s.now_ns)
+
+    def _end(self, s: Situation, fresh: bool) -> None:
+        """See to it that the hold with which a mission ends is flown, unless somebody else has chosen a mode since."""
+        if not self._ending:
+            return
+        if s.mode_taken or s.status.failsafe or s.phase_age_s > self._settings.mode_patience_s:
+            self._ending = False
+            self._link.recall_flight_commands()
+            self._authority.release()
+        else:
+            self._keep_holding(s, fresh)
 
     def _keep_holding(self, s: Situation, _: bool) -> None:
         if s.mode_overdue_s is not None and s.now_ns - self._asked_ns >= ASK_AGAIN_NS:

@@ -43,10 +43,14 @@ def takeoff(altitude_amsl_m: float) -> Command:
 
 
 def reposition(target: GlobalPosition, yaw_ned_rad: float | None) -> Command:
-    """DO_REPOSITION to a place at an AMSL altitude; changes to HOLD from any mode (param2 bit 0)."""
+    """DO_REPOSITION to a place at an AMSL altitude, for a vehicle that flies HOLD.
+
+    It does not ask for a change of mode (param2 bit 0). With that bit, a command that is under way while the pilot takes over or a
+    failsafe begins would take the vehicle back to HOLD.
+    """
     yaw = math.nan if yaw_ned_rad is None else yaw_ned_rad
-    default_speed, change_mode = -1.0, 1.0
-    return Command("reposition", REPOSITION, (default_speed, change_mode, 0.0, yaw), _e7(target))
+    default_speed, no_change_of_mode = -1.0, 0.0
+    return Command("reposition", REPOSITION, (default_speed, no_change_of_mode, 0.0, yaw), _e7(target))
 
 
 def land_here() -> Command:

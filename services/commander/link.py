@@ -95,6 +95,8 @@ class AutopilotLink:
             self._next_heartbeat_ns = now_ns + HEARTBEAT_PERIOD_NS
             self._send_heartbeat()
         if not self.connected(now_ns):
+            # What was meant for the moment before the silence must not go out when it ends: a pilot may fly by then.
+            self._commands.recall_flight_commands()
             return
         if now_ns >= self._next_timesync_ns:
             self._next_timesync_ns = now_ns + TIMESYNC_PERIOD_NS

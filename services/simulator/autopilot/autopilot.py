@@ -190,7 +190,7 @@ class Autopilot:
         """Fly to a point (north, east, down) in LOITER; NaN keeps what was. Without effect on the ground."""
         if self.mode is not Mode.LOITER and not change_mode:
             return Result.DENIED
-        if self.mode is not Mode.LOITER or self.failsafe:
+        if change_mode and (self.mode is not Mode.LOITER or self.failsafe):
             self.request_mode(Mode.LOITER, estimate)
         if self.armed and not self.landed:
             self.guidance.reposition(target, yaw, speed_mps, estimate)
