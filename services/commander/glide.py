@@ -28,6 +28,12 @@ MAX_TRIM_M = 0.4
 MAX_TRIM_MPS = 0.15
 ACCELERATION_TIME_S = 0.1
 """Over this time the acceleration that is sent along is smoothed."""
+PROMPT_S = 0.06
+"""A vehicle state up to this old stiffens fully: PX4's streams and a good link give 0.01 to 0.04 s."""
+LATE_S = 0.16
+"""One this old stiffens no more. What comes back so late arrives when the vehicle swings the other way, and drives the swing on."""
+MAX_STIFFENING_MPS = 3.0
+"""More than this is not added to the setpoint's velocity: a position that jumps must not become a dash."""
 FINAL_MPS = 1.0
 """Fastest horizontal motion of the setpoint below the end of the line, m/s."""
 
@@ -129,21 +135,22 @@ class Glide:
             self._move((north, east, down), freshness, step_s, now_ns)
             self._turn(step_s)
         place = (self._place[0] + self._trim[0], self._place[1] + self._trim[1], self._place[2])
-        velocity = self._stiffened((north, east), vehicle.velocity_ned_mps) if flown else self._velocity
+        age_s = seconds(now_ns - vehicle.at_ns)
+        velocity = self._stiffened((north, east), vehicle.velocity_ned_mps, age_s) if flown else self._velocity
         return Target(moved_by_ned(self._origin, place), velocity, self._acceleration, wrap_pi(self._yaw_rad))
 
-    def _stiffened(self, vehicle: tuple[float, float], velocity: Vector3) -> Vector3:
+    def _stiffened(self, vehicle: tuple[float, float], velocity: Vector3, age_s: float) -> Vector3:
         """The setpoint's velocity, and horizontally more against the vehicle's error.
 
-        PX4's own gain (MPC_XY_P, 0.95 a second) is meant for flying about; wind pushes a vehicle far off at it.
+        PX4's own gain (MPC_XY_P, 0.95 a second) is meant for flying about; wind pushes a vehicle far off at it. This closes a second
+        loop around the link, so it fades with the age of what it goes by.
         """
         stiffness, damping = self._settings.stiffness_per_s, self._settings.damping
         vn, ve, vd = self._velocity
-        return (
-            vn + stiffness * (self._place[0] - vehicle[0]) + damping * (vn - velocity[0]),
-            ve + stiffness * (self._place[1] - vehicle[1]) + damping * (ve - velocity[1]),
-            vd,
-        )
+        more_n = stiffness * (self._place[0] - vehicle[0]) + damping * (vn - velocity[0])
+        more_e = stiffness * (self._place[1] - vehicle[1]) + damping * (ve - velocity[1])
+        part = promptness_of(age_s) * min(1.0, MAX_STIFFENING_MPS / max(math.hypot(more_n, more_e), 1e-9))
+        return (vn + part * more_n, ve + part * more_e, vd)
 
     def _move(self, vehicle: Vector3, freshness: float, step_s: float, now_ns: int) -> None:
         wanted = self._wanted_velocity(vehicle, freshness, now_ns)
@@ -246,6 +253,11 @@ class Glide:
         error = wrap_pi(self._yaw_wanted_rad - self._yaw_rad)
         allowed = math.radians(self._settings.yaw_rate_dps) * step_s
         self._yaw_rad += min(max(error, -allowed), allowed)
+
+
+def promptness_of(age_s: float) -> float:
+    """1 for a vehicle state up to `PROMPT_S` old, then falling to 0 at `LATE_S`."""
+    return min(max((LATE_S - age_s) / (LATE_S - PROMPT_S), 0.0), 1.0)
 
 
 def freshness_of(age_s: float, stale_after_s: float) -> float:

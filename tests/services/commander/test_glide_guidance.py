@@ -13,7 +13,17 @@ from alight.runtime.clock import nanoseconds
 from schemas.message import GlobalPosition
 from schemas.settings.commander import GlideSettings
 from schemas.vehicle import VehicleState
-from services.commander.glide import MAX_TRIM_MPS, Aim, Glide, Target, descent_speed_mps, freshness_of, funnel_radius_m
+from services.commander.glide import (
+    LATE_S,
+    MAX_STIFFENING_MPS,
+    MAX_TRIM_MPS,
+    Aim,
+    Glide,
+    Target,
+    descent_speed_mps,
+    freshness_of,
+    funnel_radius_m,
+)
 
 ORIGIN = GlobalPosition(latitude_deg=47.0, longitude_deg=8.0, altitude_amsl_m=500.0, ellipsoidal_height_m=547.0)
 SETTINGS = GlideSettings()
@@ -74,6 +84,23 @@ def test_whatever_the_estimates_the_setpoint_never_jumps(
     assert velocity[:, 2].min() > -0.02  # Never up.
     kink_mps = np.linalg.norm(np.diff(velocity, axis=0), axis=1).max()
     assert kink_mps < SETTINGS.acceleration_mps2 * STEP_S + 2 * MAX_TRIM_MPS
+
+
+offsets = st.tuples(st.floats(-50.0, 50.0), st.floats(-50.0, 50.0), st.floats(-5.0, 5.0))
+
+
+@given(offsets, st.floats(0.0, 5.0))
+def test_wherever_the_vehicle_says_it_is_it_is_not_told_to_dash(
+    offset: tuple[float, float, float], age_s: float
+) -> None:
+    """A position that jumps, as after a reset of the navigation filter, or one that is old."""
+    glide = Glide(SETTINGS, ORIGIN, 0.0, nanoseconds(10.0))
+    glide.aim(Aim(moved_by_ned(ORIGIN, (0.0, 0.0, 20.0)), None, 0.01))
+    state = vehicle_at(moved_by_ned(ORIGIN, offset)).model_copy(update={"at_ns": nanoseconds(10.0 + STEP_S - age_s)})
+    target = glide.advance(state, 1.0, True, nanoseconds(10.0 + STEP_S))
+    added_mps = math.hypot(*target.velocity_ned_mps[:2])
+    assert added_mps <= MAX_STIFFENING_MPS + 1e-9
+    assert age_s < LATE_S or added_mps < 1e-9  # rounding of the setpoint's own place
 
 
 def test_too_uncertain_it_does_not_go_down_and_counts_the_time() -> None:
