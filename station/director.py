@@ -90,6 +90,8 @@ class FlightDirector(Node):
         self._asked_ns = 0
         self._refused: str | None = None
         self._connect_from_ns = 0
+        self._restarted = False
+        self._ask_from_ns = 0
         self._mode_before_gap = FlightMode.UNKNOWN
         self._requests = 0
         self._landing_requests = 0
@@ -161,7 +163,7 @@ class FlightDirector(Node):
             yield from self._ask_landing(now_ns)
         elif self._pending is None and self._lost_memory(mission):
             # Where the vehicle is by now nobody knows: what can still be done safely is to land.
-            yield from self._ask_landing(now_ns)
+            yield from self._ask_restarted(now_ns)
         elif mission.phase in (Phase.FAILED, Phase.YIELDED, Phase.ABORTED):
             self._fail(f"{mission.phase}: {mission.reason}")
 
@@ -170,9 +172,9 @@ class FlightDirector(Node):
             self.stage = Stage.OVER
         elif self._lost_memory(mission):
             if self._landing_requests < MAX_LANDING_REQUESTS:
-                yield from self._ask_landing(now_ns)
+                yield from self._ask_restarted(now_ns)
             else:
-                self._fail(f"the commander restarted {self._landing_requests} times")
+                self._fail(self._refused or f"the commander restarted {self._landing_requests} times")
         elif mission.phase in (Phase.FAILED, Phase.YIELDED, Phase.ABORTED) and not _just_restarted(mission):
             self._fail(f"{mission.phase}: {mission.reason}")
 
@@ -185,9 +187,11 @@ class FlightDirector(Node):
         return iter(())
 
     def _take_refusal(self, reason: str, now_ns: int) -> None:
-        """What is refused at the start, before the vehicle knows where it is, may be granted a moment later."""
+        """What is refused at the start, of the flight or of the commander, before all is known, may be granted a moment later."""
         assert self._started_ns is not None, "nothing is asked before the first tick"
-        if seconds(now_ns - self._started_ns) > self._plan.connect_timeout_s:
+        if self._restarted:
+            self._refused, self._ask_from_ns = reason, now_ns + nanoseconds(ASK_AGAIN_S)
+        elif seconds(now_ns - self._started_ns) > self._plan.connect_timeout_s:
             self._fail(reason)
         else:
             self.stage = Stage.CONNECTING
@@ -208,6 +212,12 @@ class FlightDirector(Node):
             )
             self.view.frames_with_pad = self.view.frames_seen - health.counters.get(f"fix_{FixVerdict.NO_MARKER}", 0)
         return iter(())
+
+    def _ask_restarted(self, now_ns: int) -> Iterator[Output]:
+        """Each time only if nobody has taken over until then: a refusal must not lead back to the first, unguarded asking."""
+        self._restarted = True
+        if now_ns >= self._ask_from_ns:
+            yield from self._ask_landing(now_ns)
 
     def _ask_landing(self, now_ns: int) -> Iterator[Output]:
         self.stage = Stage.LANDING
@@ -236,7 +246,18 @@ class FlightDirector(Node):
         """Whether the commander was restarted and nobody else flies since: only then may the landing be asked for again."""
         if mission.code == RESTARTED:
             return mission.phase is Phase.HOLD or (mission.phase is Phase.YIELDED and self._nobody_took_over())
-        return mission.phase is Phase.IDLE and seconds(mission.at_ns - self._asked_ns) > FORGOTTEN_AFTER_S
+        forgotten = mission.phase is Phase.IDLE and seconds(mission.at_ns - self._asked_ns) > FORGOTTEN_AFTER_S
+        return forgotten and self._knows_vehicle(mission)
+
+    def _knows_vehicle(self, mission: MissionStatus) -> bool:
+        """Whether a commander that is idle has seen the vehicle since its start; in the air it does not stay idle then."""
+        vehicle = self.view.vehicle
+        return (
+            vehicle is not None
+            and vehicle.at_ns >= mission.phase_since_ns
+            and vehicle.connected
+            and vehicle.landed_state is not LandedState.UNDEFINED
+        )
 
     def _nobody_took_over(self) -> bool:
         """Whether the autopilot still intends the commander's setpoints, or still holds as it did when the commander died."""

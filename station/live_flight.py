@@ -67,7 +67,7 @@ def fly_live(
     bus = Bus(settings.vehicle, rendezvous(settings.bus))
     runner = LiveRunner(director, settings, ports={}, bus=bus)
     thread = threading.Thread(target=runner.run, daemon=True)
-    supervisor = Supervisor(settings_file, log_directory)
+    supervisor = Supervisor(settings_file, log_directory, settings.process.real_time)
     outcome = LiveOutcome(incidents=supervisor.incidents)
     try:
         _start(supervisor, services, bus)

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO
 
+from alight.runtime.priority import hasten
+
 SETTLED_S = 5.0
 """A service that ran at least this long and then died is restarted at once."""
 BACK_OFF_S = (0.0, 0.5, 1.0, 2.0, 5.0)
@@ -51,6 +53,8 @@ class Supervisor:
 
     settings_file: Path
     log_directory: Path
+    real_time: bool = False
+    """Whether a service that is started again gets its real-time priority at once, not only when it has loaded."""
     incidents: list[Incident] = field(default_factory=list)
     _children: dict[str, _Child] = field(default_factory=dict)
 
@@ -76,6 +80,8 @@ class Supervisor:
             elif now_s >= child.restart_at_s:
                 fresh = self._spawn(child.service)
                 fresh.restarts_in_a_row = child.restarts_in_a_row
+                if self.real_time:
+                    hasten(fresh.process.pid, child.service)
                 self._children[child.service] = fresh
 
     def stop(self, last: Iterable[str] = ("simulator", "recorder")) -> None:

@@ -30,9 +30,26 @@ def prioritise(service: str, *, real_time: bool) -> str:
     """
     if service in IN_THE_BACKGROUND:
         return f"nice {os.nice(IN_THE_BACKGROUND[service])}"
-    priority = REAL_TIME.get(service)
-    if real_time and priority is not None and hasattr(os, "sched_setscheduler"):
-        with contextlib.suppress(OSError):
-            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
-            return f"real-time {priority}"
+    if real_time and _schedule(0, service):
+        return f"real-time {REAL_TIME[service]}"
     return "normal"
+
+
+def hasten(pid: int, service: str) -> None:
+    """Give a process that has just been started its real-time priority before it has loaded anything.
+
+    A service that is started again in flight otherwise loads behind all that run already: on a busy host that takes ten times
+    as long, and the vehicle waits for it. Where that is not allowed, nothing happens.
+    """
+    _schedule(pid, service)
+
+
+def _schedule(pid: int, service: str) -> bool:
+    """Whether the process has the service's real-time priority now."""
+    priority = REAL_TIME.get(service)
+    if priority is None or not hasattr(os, "sched_setscheduler"):
+        return False
+    with contextlib.suppress(OSError):
+        os.sched_setscheduler(pid, os.SCHED_FIFO, os.sched_param(priority))
+        return True
+    return False

@@ -45,10 +45,10 @@ class Stage:
         status = {"connected": True, "landed_state": landed, "ready_to_arm": True, **more}
         self.hear(topics.VEHICLE_STATUS, VehicleStatus.model_validate({"at_ns": self.now_ns, **status}))
 
-    def mission(self, phase: Phase, code: str = "code") -> None:
+    def mission(self, phase: Phase, code: str = "code", since_ns: int = 0) -> None:
         self.now_ns += 1
         status = MissionStatus(
-            at_ns=self.now_ns, phase=phase, phase_since_ns=0, reason="why", code=code, guidance="glide"
+            at_ns=self.now_ns, phase=phase, phase_since_ns=since_ns, reason="why", code=code, guidance="glide"
         )
         self.hear(topics.MISSION_STATUS, status)
 
@@ -219,6 +219,47 @@ def test_a_hold_that_the_pilot_chose_while_the_commander_lived_is_left_alone() -
     stage.vehicle(mode=FlightMode.HOLD, intended_mode=FlightMode.HOLD)
     stage.mission(Phase.YIELDED, "restarted_in_flight")
     assert stage.verbs == [Verb.LAND]
+
+
+LATE_IN_THE_FLIGHT_S = 60.0
+"""Longer than anything that is refused at the start is forgiven."""
+
+
+def test_a_commander_that_restarts_late_in_the_flight_is_asked_once_it_knows_the_vehicle() -> None:
+    stage = Stage()
+    stage.all_there()
+    stage.reply()
+    stage.vehicle(mode=FlightMode.OFFBOARD, intended_mode=FlightMode.OFFBOARD)
+    stage.mission(Phase.DESCEND)
+    stage.tick(LATE_IN_THE_FLIGHT_S)
+    stage.mission(Phase.IDLE, "started", since_ns=stage.now_ns)
+    stage.vehicle(LandedState.UNDEFINED, connected=False)
+    stage.mission(Phase.IDLE, "started", since_ns=stage.now_ns - 1000)
+    assert stage.verbs == [Verb.LAND]
+    stage.vehicle(mode=FlightMode.RETURN, intended_mode=FlightMode.OFFBOARD)
+    stage.mission(Phase.YIELDED, "restarted_in_flight", since_ns=stage.now_ns)
+    assert stage.verbs == [Verb.LAND, Verb.LAND]
+    assert not stage.director.over
+
+
+@pytest.mark.parametrize(("mode_then", "asks_again"), [(FlightMode.RETURN, True), (FlightMode.POSITION, False)])
+def test_a_restarted_commander_that_refuses_is_asked_again_unless_a_pilot_flies_by_then(
+    mode_then: FlightMode, asks_again: bool
+) -> None:
+    stage = Stage()
+    stage.all_there()
+    stage.reply()
+    stage.mission(Phase.DESCEND)
+    stage.tick(LATE_IN_THE_FLIGHT_S)
+    stage.vehicle(mode=FlightMode.RETURN, intended_mode=FlightMode.OFFBOARD)
+    stage.mission(Phase.YIELDED, "restarted_in_flight")
+    stage.reply(accepted=False)
+    stage.tick(1.2)
+    intended = FlightMode.OFFBOARD if mode_then is FlightMode.RETURN else mode_then
+    stage.vehicle(mode=mode_then, intended_mode=intended)
+    stage.mission(Phase.YIELDED, "restarted_in_flight")
+    assert stage.verbs[1:] == ([Verb.LAND, Verb.LAND] if asks_again else [Verb.LAND])
+    assert stage.director.over is not asks_again
 
 
 def test_a_commander_that_keeps_restarting_is_given_up() -> None:

@@ -2,10 +2,12 @@
 
 import multiprocessing
 import os
+import subprocess
+import sys
 
 import pytest
 
-from alight.runtime.priority import IN_THE_BACKGROUND, REAL_TIME, prioritise
+from alight.runtime.priority import IN_THE_BACKGROUND, REAL_TIME, hasten, prioritise
 from schemas.topics import MISSION_SERVICES
 
 
@@ -40,6 +42,16 @@ class TestOnLinux:
         if not may_be_real_time():
             pytest.skip("this user may not have real-time scheduling")
         assert outcome("commander")[0] == f"real-time {REAL_TIME['commander']}"
+
+    def test_a_process_that_loads_can_be_hastened_from_outside(self) -> None:
+        if not may_be_real_time():
+            pytest.skip("this user may not have real-time scheduling")
+        child = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+        hasten(child.pid, "commander")
+        policy = os.sched_getscheduler(child.pid)
+        child.communicate(b"\n")
+        assert policy == os.SCHED_FIFO
+        hasten(child.pid, "commander")  # gone: nothing happens
 
     def test_the_recorder_stands_back(self) -> None:
         said, policy, niceness = outcome("recorder")
