@@ -38,8 +38,11 @@ class AutopilotStatus:
     def take_heartbeat(self, message: Any) -> None:
         """Take the autopilot's HEARTBEAT."""
         self.armed = bool(message.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
-        self._custom_mode = message.custom_mode
         self._system_status = message.system_status
+        if message.custom_mode != self._custom_mode and self._intended is not None and not self._in_failsafe:
+            # Somebody chose it. What CURRENT_MODE said was intended before would make a failsafe of the pilot's choice.
+            self._intended = message.custom_mode
+        self._custom_mode = message.custom_mode
 
     def take_current_mode(self, message: Any) -> None:
         """Take CURRENT_MODE; an intended mode of 0 says nothing."""

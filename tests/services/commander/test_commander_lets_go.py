@@ -178,6 +178,15 @@ def test_a_takeoff_that_is_put_off_is_asked_for_again_and_then_no_more() -> None
     assert all(math.isnan(message.param5) for message in autopilot.commands(commands.TAKEOFF))
 
 
+@pytest.mark.parametrize(("system_status", "code"), [(ACTIVE, "pilot_took_over"), (CRITICAL, "autopilot_failsafe")])
+def test_a_heartbeat_alone_tells_a_pilot_from_a_failsafe(system_status: int, code: str) -> None:
+    """It may come a tenth of a second before CURRENT_MODE, which names the intended mode."""
+    autopilot = descending()
+    autopilot.say(mavlink.MAVLink_heartbeat_message(2, 12, 0x81, RETURN, system_status, 3))
+    assert autopilot.mission is not None
+    assert autopilot.mission.code == code
+
+
 def test_offboard_is_never_asked_for_again_once_it_was_taken_away() -> None:
     autopilot = descending()
     assert autopilot.mode == OFFBOARD
