@@ -20,6 +20,7 @@ from services.camera.files import FilesError, listed_files, pictures_in
 from services.camera.picture_source import SourcedPicture
 from services.detector.aided.backend import AidedBackend
 from services.detector.aruco import ArucoBackend
+from services.detector.charuco import NoChessboardError
 from services.detector.detector import Detector, FoundMarker, GreyPicture, Prior, View
 from services.detector.node import grey
 from services.detector.registry import UnknownDetectorError, detector_from
@@ -29,6 +30,21 @@ from station.detect_drawing import draw_markers
 from station.detect_table import table_lines
 
 SizePx = tuple[int, int]
+
+_PAPERS_FAMILY = "5x5_1000"
+_DEFAULT_FAMILY = {"apriltag": "apriltag_36h11"}
+_WHOLE_FAMILIES = ("apriltag",)
+"""Detectors that give all markers of the pad's families, whichever the pad is."""
+_WRONG_OPTIONS = (
+    FamilyError,
+    LayoutError,
+    UnknownDetectorError,
+    NoChessboardError,
+    ContextError,
+    CalibrationError,
+    FilesError,
+)
+
 CameraFor = Callable[[SizePx], PinholeCamera | None]
 
 
@@ -50,7 +66,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe `alight detect`."""
     parser.add_argument("files", nargs="+", metavar="FILES", help="images, videos, directories or patterns")
     parser.add_argument(
-        "--family", default="5x5_1000", help="marker family, such as 5x5_1000 or apriltag_36h11 (default: %(default)s)"
+        "--family",
+        help="marker family, such as 5x5_1000 or apriltag_36h11 (default: 5x5_1000; with --detector apriltag: apriltag_36h11)",
     )
     parser.add_argument(
         "--dictionary", type=Path, metavar="FILE", help="a dictionary of your own (OpenCV YAML) instead of a family"
@@ -96,7 +113,7 @@ def run(arguments: argparse.Namespace) -> int:
         files = listed_files(arguments.files)
         if arguments.draw is not None:
             arguments.draw.mkdir(parents=True, exist_ok=True)
-    except (FamilyError, LayoutError, UnknownDetectorError, ContextError, CalibrationError, FilesError) as error:
+    except _WRONG_OPTIONS as error:
         return _refuse(str(error))
     except OSError as error:
         return _refuse(f"--draw {arguments.draw}: {error.strerror}")
@@ -163,15 +180,17 @@ def _look_at(
 
 def _detector(arguments: argparse.Namespace) -> Detector:
     name = arguments.detector or ArucoBackend.name
+    family = (arguments.family or _DEFAULT_FAMILY.get(name, _PAPERS_FAMILY)).lower()
     if arguments.dictionary is not None:
         if name != ArucoBackend.name:
             raise UnknownDetectorError(f"--dictionary is for --detector {ArucoBackend.name} only")
         return ArucoBackend(dictionary_from_file(arguments.dictionary), arguments.dictionary.stem, Aruco())
     if arguments.pad is None and arguments.id is None:
-        if name != ArucoBackend.name:
+        if name == ArucoBackend.name:
+            return ArucoBackend(dictionary(family), family, Aruco())
+        if name not in _WHOLE_FAMILIES:
             raise UnknownDetectorError(f"--detector {name} looks for a known pad: give --id or --pad")
-        return ArucoBackend(dictionary(arguments.family), arguments.family.lower(), Aruco())
-    single = {"family": arguments.family.lower(), "id": arguments.id or 0, "side_m": arguments.size_m}
+    single = {"family": family, "id": arguments.id or 0, "side_m": arguments.size_m}
     pad = {"layout": arguments.pad} if arguments.pad is not None else single
     backend = arguments.detector or AidedBackend.name
     return detector_from(Settings.model_validate({"pad": pad, "detector": {"backend": backend}}))

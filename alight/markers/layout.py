@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
+from alight.markers.charuco import Charuco
 from alight.markers.family import FamilyError, dictionary
 from schemas.settings.pad import PadSettings
 
@@ -56,6 +57,23 @@ class PlacedMarker:
 
 
 @dataclass(frozen=True)
+class InkSquare:
+    """A plain black square, upright; markers lie over it."""
+
+    side_m: float
+    x_m: float
+    """Its centre, to the right of the pad's, metres."""
+    y_m: float
+    """Its centre, above the pad's in the print, metres."""
+
+    def outline_m(self) -> NDArray[np.float64]:
+        """Its corners around, pad frame, (4, 2), metres."""
+        half = self.side_m / 2.0
+        x, y = self.x_m, self.y_m
+        return np.array([[x - half, y + half], [x + half, y + half], [x + half, y - half], [x - half, y - half]])
+
+
+@dataclass(frozen=True)
 class PadLayout:
     """All that is printed on a pad. Where markers overlap, the smaller one is printed over the larger."""
 
@@ -65,6 +83,10 @@ class PadLayout:
     """The markers, largest first; no two alike."""
     board_m: float
     """Edge of the white square board that they are printed on, metres."""
+    ink: tuple[InkSquare, ...] = ()
+    """What is black beside the markers."""
+    charuco: Charuco | None = None
+    """The chessboard that the markers stand on, if they do."""
 
     @property
     def families(self) -> tuple[str, ...]:
@@ -120,8 +142,8 @@ def read_layout(name: str) -> PadLayout:
     """Read a layout.
 
     Args:
-        name: Name of a shipped layout, or path of a TOML file with `board_m` and tables `[[marker]]` of the keys of
-            `PlacedMarker`.
+        name: Name of a shipped layout, or path of a TOML file with `board_m` and either tables `[[marker]]` of the keys of
+            `PlacedMarker` or one table `[charuco]` of the keys of `Charuco`.
 
     Raises:
         LayoutError: If it is missing or wrong.
@@ -144,7 +166,8 @@ class _File:
     __pydantic_config__ = _STRICT
 
     board_m: Length
-    marker: Annotated[tuple[PlacedMarker, ...], Field(min_length=1, max_length=_MOST_MARKERS)]
+    marker: Annotated[tuple[PlacedMarker, ...], Field(max_length=_MOST_MARKERS)] = ()
+    charuco: Charuco | None = None
 
 
 _FILE: TypeAdapter[_File] = TypeAdapter(_File)
@@ -157,8 +180,17 @@ def _checked(name: str, path: Path, table: dict[str, Any]) -> PadLayout:
         first = error.errors(include_url=False)[0]
         key = ".".join(str(part) for part in first["loc"])
         raise LayoutError(f"{path}: {key}: {first['msg']} (got {first['input']!r})") from None
+    if bool(file.marker) == (file.charuco is not None):
+        raise LayoutError(f"{path}: give the print either as tables [[marker]] or as one table [charuco]")
+    if file.charuco is not None:
+        return _charuco_layout(name, path, file.board_m, file.charuco)
+    _check_markers(path, file.marker, file.board_m)
+    return PadLayout(name, tuple(sorted(file.marker, key=lambda marker: -marker.side_m)), file.board_m)
+
+
+def _check_markers(path: Path, markers: tuple[PlacedMarker, ...], board_m: float) -> None:
     seen: set[tuple[str, int]] = set()
-    for marker in file.marker:
+    for marker in markers:
         what = f"{path}: marker {marker.family} {marker.id}"
         try:
             _check_code(marker)
@@ -166,10 +198,21 @@ def _checked(name: str, path: Path, table: dict[str, Any]) -> PadLayout:
             raise LayoutError(f"{path}: {error}") from None
         if (marker.family, marker.id) in seen:
             raise LayoutError(f"{what} is there twice: a pad cannot tell two equal markers apart")
-        if np.abs(marker.corners_m()).max() > file.board_m / 2.0 + _ROUNDING_M:
-            raise LayoutError(f"{what} reaches beyond the board: enlarge board_m ({file.board_m:g} m)")
+        if np.abs(marker.corners_m()).max() > board_m / 2.0 + _ROUNDING_M:
+            raise LayoutError(f"{what} reaches beyond the board: enlarge board_m ({board_m:g} m)")
         seen.add((marker.family, marker.id))
-    return PadLayout(name, tuple(sorted(file.marker, key=lambda marker: -marker.side_m)), file.board_m)
+
+
+def _charuco_layout(name: str, path: Path, board_m: float, charuco: Charuco) -> PadLayout:
+    if max(charuco.columns, charuco.rows) * charuco.square_m > board_m + _ROUNDING_M:
+        raise LayoutError(f"{path}: the chessboard reaches beyond the board: enlarge board_m ({board_m:g} m)")
+    try:
+        places = charuco.marker_places()
+    except ValueError as error:  # a FamilyError is one, too
+        raise LayoutError(f"{path}: charuco: {error}") from None
+    markers = tuple(PlacedMarker(charuco.family, number, charuco.marker_m, x_m, y_m) for number, x_m, y_m in places)
+    ink = tuple(InkSquare(charuco.square_m, x_m, y_m) for x_m, y_m in charuco.black_squares())
+    return PadLayout(name, markers, board_m, ink, charuco)
 
 
 def _check_code(marker: PlacedMarker) -> None:

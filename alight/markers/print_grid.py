@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from alight.markers.family import marker_cells
-from alight.markers.layout import PlacedMarker
+from alight.markers.layout import InkSquare, PlacedMarker
 
 Array = NDArray[np.float64]
 
@@ -33,20 +33,25 @@ def is_square_on(marker: PlacedMarker) -> bool:
     return abs(math.remainder(marker.rotation_rad, math.pi / 2.0)) < _SQUARE_ON_RAD
 
 
-def print_grid(markers: tuple[PlacedMarker, ...], board_m: float) -> PrintGrid:
+def print_grid(markers: tuple[PlacedMarker, ...], board_m: float, ink: tuple[InkSquare, ...] = ()) -> PrintGrid:
     """Cut a board up.
 
     Args:
         markers: Markers that lie square to the board; later ones lie over earlier ones.
         board_m: Edge of the white board, metres.
+        ink: Black squares under them.
     """
     seams = [_seams_m(marker, board_m) for marker in markers]
-    x_m = np.unique(np.concatenate([[0.0, board_m], *(x for x, _ in seams)]))
-    y_m = np.unique(np.concatenate([[0.0, board_m], *(y for _, y in seams)]))
+    bounds = [_bounds_m(square, board_m) for square in ink]
+    x_m = _cuts_m([x for x, _ in (*seams, *bounds)], board_m)
+    y_m = _cuts_m([y for _, y in (*seams, *bounds)], board_m)
     white = np.ones((len(y_m) - 1, len(x_m) - 1), np.uint8)
+    middle_x, middle_y = (x_m[:-1] + x_m[1:]) / 2.0, (y_m[:-1] + y_m[1:]) / 2.0
+    for (left, right), (top, bottom) in bounds:
+        white[np.ix_((middle_y > top) & (middle_y < bottom), (middle_x > left) & (middle_x < right))] = 0
     for marker, (seams_x, seams_y) in zip(markers, seams, strict=True):
-        columns = np.searchsorted(seams_x, (x_m[:-1] + x_m[1:]) / 2.0) - 1
-        rows = np.searchsorted(seams_y, (y_m[:-1] + y_m[1:]) / 2.0) - 1
+        columns = np.searchsorted(seams_x, middle_x) - 1
+        rows = np.searchsorted(seams_y, middle_y) - 1
         cells = np.rot90(marker_cells(marker.family, marker.id), round(marker.rotation_rad / (math.pi / 2.0)))
         count = cells.shape[0]
         on_rows, on_columns = (
@@ -112,6 +117,17 @@ def turned_whiteness(marker: PlacedMarker, board_m: float, side_texels: int) -> 
         cover[row] = on.reshape(fine, side_texels, fine).mean(axis=(0, 2))
         ink_free[row] = bright.reshape(fine, side_texels, fine).mean(axis=(0, 2))
     return ink_free, cover
+
+
+def _cuts_m(seams_m: list[Array], board_m: float) -> Array:
+    """All seams, and the board's edges, rising."""
+    return np.unique(np.concatenate([[0.0, board_m], *seams_m]))
+
+
+def _bounds_m(square: InkSquare, board_m: float) -> tuple[Array, Array]:
+    """Its edges from the board's left and upper edge, metres."""
+    ends = np.array([-0.5, 0.5]) * square.side_m + board_m / 2.0
+    return ends + square.x_m, ends - square.y_m
 
 
 def _seams_m(marker: PlacedMarker, board_m: float) -> tuple[Array, Array]:

@@ -8,8 +8,8 @@ import numpy as np
 
 CONTOUR_INSET_PX = 0.5
 """OpenCV's contours run through the centres of the outermost dark pixels; the marker's edge is half a pixel further out."""
-CORNER_SIGMA_PX = 0.2
-"""Standard deviation of a corner coordinate. Measured on drawn markers of 14 to 300 pixels a side: 0.09 to 0.18 with lines fitted
+CORNER_SIGMA_PX = 0.25
+"""Standard deviation of a corner coordinate. Measured on drawn markers of 14 to 200 pixels a side: 0.13 to 0.25 with lines fitted
 to the contour, against 0.34 to 0.42 without. Measure it for your camera: the filter weighs every fix by it."""
 POSITION_PRIOR_M, ROTATION_PRIOR_RAD = 1000.0, 1.0
 """Keep the covariance finite where the picture says nothing, such as the tilt of a marker right below."""

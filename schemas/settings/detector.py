@@ -32,9 +32,28 @@ class Aruco(Section):
         return self
 
 
+class AprilTag(Section):
+    """The backend `apriltag`: the AprilTag 3 library, for AprilTag families. Defaults see as far as the library can."""
+
+    decimate: float = Field(default=1.0, ge=1.0, le=8.0)
+    """Look for squares in a picture that is smaller by this factor, and read codes in the whole one: 2 takes less than half the time
+    and loses a third of the range."""
+    blur_sigma_px: float = Field(default=0.0, ge=0.0, le=10.0)
+    """Blur the picture before squares are looked for, against strong noise: standard deviation, pixels."""
+    sharpening: float = Field(default=0.25, ge=0.0, le=10.0)
+    """How much small codes are sharpened before they are read. The library's default; without it, every other marker of 13 to 15 pixels is lost."""
+    most_wrong_bits: int = Field(default=1, ge=0, le=2)
+    """Refuse codes that differ from a marker's in more bits than this; the library allows 2."""
+    least_margin: float = Field(default=10.0, ge=0.0, le=255.0)
+    """Refuse codes whose cells differ less, on average, from what would read as the other colour: the library's decision margin, grey levels."""
+    refine_edges: bool = True
+    """Fit lines to the marker's edges, bent as the lens bends them; off leaves the corners as the library gives them."""
+
+
 class DetectorSettings(Section):
     """How markers are found. Which marker is the pad stands in the section `pad`."""
 
     backend: str = "aided"
-    """Name of the detector: `aided`, `aruco`, or one that an installed package brings (docs/detectors.md)."""
+    """Name of the detector: `aided`, `aruco`, `apriltag`, or one that an installed package brings (docs/detectors.md)."""
     aruco: Aruco = Aruco()
+    apriltag: AprilTag = AprilTag()

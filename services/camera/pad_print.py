@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from alight.markers.layout import PlacedMarker
+from alight.markers.layout import InkSquare, PlacedMarker
 from alight.markers.print_grid import print_grid, split_askew
 from services.camera.sheet import Sheet
 
@@ -17,7 +17,13 @@ class PadPrint:
     """
 
     def __init__(
-        self, markers: tuple[PlacedMarker, ...], *, board_m: float, black_level: float, white_level: float
+        self,
+        markers: tuple[PlacedMarker, ...],
+        *,
+        board_m: float,
+        black_level: float,
+        white_level: float,
+        ink: tuple[InkSquare, ...] = (),
     ) -> None:
         """Cut the board up.
 
@@ -26,13 +32,14 @@ class PadPrint:
             board_m: Edge of the white board, metres.
             black_level: Brightness of the ink, grey levels.
             white_level: Brightness of the board, grey levels.
+            ink: Black squares under the markers.
         """
         self.board_m = board_m
         sheet = partial(_sheet, black_level=black_level, white_level=white_level)
         large = tuple(marker for marker in markers if marker.side_m >= _LARGE_PART * markers[0].side_m)
         small = markers[len(large) :]
-        self._whole = sheet(markers, board_m)
-        self._under = sheet(large, board_m) if small else self._whole
+        self._whole = sheet(markers, board_m, ink=ink)
+        self._under = sheet(large, board_m, ink=ink) if small else self._whole
         self._small = tuple(
             sheet(
                 (PlacedMarker(marker.family, marker.id, marker.side_m),),
@@ -66,12 +73,13 @@ def _sheet(
     *,
     black_level: float,
     white_level: float,
+    ink: tuple[InkSquare, ...] = (),
     place_m: tuple[float, float] = (0.0, 0.0),
     rotation_rad: float = 0.0,
 ) -> Sheet:
     upright, askew = split_askew(markers)
     return Sheet(
-        print_grid(upright, side_m),
+        print_grid(upright, side_m, ink),
         side_m,
         black_level=black_level,
         white_level=white_level,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from alight.geometry.camera import PinholeCamera
 from alight.geometry.rotation import Matrix
-from alight.markers.layout import PlacedMarker, layout_from
+from alight.markers.layout import InkSquare, PlacedMarker, layout_from
 from alight.runtime.seed import generator
 from schemas.calibration import CameraCalibration
 from schemas.settings import Settings
@@ -83,8 +83,13 @@ class SimulatedCamera:
 
 def _pad(settings: Settings) -> PadPrint:
     board = settings.camera.simulated.board
-    markers, board_m = printed(settings.pad, board, settings.simulator.installation.pad_scale)
-    return _pad_print(markers, board_m, board.black_level, board.white_level)
+    pad_scale = settings.simulator.installation.pad_scale
+    markers, board_m = printed(settings.pad, board, pad_scale)
+    ink = tuple(
+        InkSquare(square.side_m * pad_scale, square.x_m * pad_scale, square.y_m * pad_scale)
+        for square in layout_from(settings.pad).ink
+    )
+    return _pad_print(markers, board_m, board.black_level, board.white_level, ink)
 
 
 def printed(pad: PadSettings, board: Board, pad_scale: float) -> tuple[tuple[PlacedMarker, ...], float]:
@@ -109,9 +114,15 @@ def printed(pad: PadSettings, board: Board, pad_scale: float) -> tuple[tuple[Pla
 
 
 @lru_cache(maxsize=4)
-def _pad_print(markers: tuple[PlacedMarker, ...], board_m: float, black_level: float, white_level: float) -> PadPrint:
+def _pad_print(
+    markers: tuple[PlacedMarker, ...],
+    board_m: float,
+    black_level: float,
+    white_level: float,
+    ink: tuple[InkSquare, ...],
+) -> PadPrint:
     """The print. Its textures take longer than a hundred frames, and flight after flight of a campaign has the same."""
-    return PadPrint(markers, board_m=board_m, black_level=black_level, white_level=white_level)
+    return PadPrint(markers, board_m=board_m, black_level=black_level, white_level=white_level, ink=ink)
 
 
 def true_camera(calibration: CameraCalibration, lens_scale: float) -> PinholeCamera:

@@ -10,6 +10,7 @@ from schemas.settings.detector import Aruco
 from services.detector.detector import FoundMarker, GreyPicture, Tally, View, WantedMarker
 from services.detector.edge_corners import refined_corners
 from services.detector.pattern_check import PatternCheck, is_dense
+from services.detector.quadrilateral import is_sound
 from services.detector.search_window import SearchWindow, Window
 from services.detector.thinning import thinned
 
@@ -18,7 +19,6 @@ CONTOUR_INSET_PX = 0.5
 CONTOUR_SIGMA_PX = 0.35
 """Standard deviation of a corner coordinate that comes from a contour, measured on rendered pads from 1 m to 20 m."""
 
-_SMALLEST_AREA_PX2 = 9.0
 _THRESHOLD_CELLS = 1.0
 _LEAST_THRESHOLD_PX = 2.0
 _MOST_THRESHOLD_PX = 11.0
@@ -116,7 +116,7 @@ class ArucoBackend:
     def _markers(
         self, view: View, found: list[tuple[int, NDArray[np.float64]]], shrink: int
     ) -> tuple[FoundMarker, ...]:
-        sound = [(number, corners) for number, corners in found if _is_sound(corners)]
+        sound = [(number, corners) for number, corners in found if is_sound(corners)]
         markers = (
             self._refined(view, number, _outset(corners, CONTOUR_INSET_PX * shrink), shrink)
             for number, corners in (sound if self._most is None else thinned(sound, self._most))
@@ -131,7 +131,7 @@ class ArucoBackend:
 
     def _refined(self, view: View, number: int, corners: NDArray[np.float64], shrink: int) -> FoundMarker:
         sharper = refined_corners(view.picture, corners, self._cells, view.camera) if self._refine else None
-        if sharper is None or not _is_sound(sharper.corners_px):
+        if sharper is None or not is_sound(sharper.corners_px):
             return FoundMarker(self._family, number, corners, CONTOUR_SIGMA_PX * shrink)
         return FoundMarker(self._family, number, sharper.corners_px, sharper.sigma_px)
 
@@ -171,13 +171,3 @@ def _fitted_parameters(settings: Aruco, cells: int, window: Window, extent_px: i
     parameters.adaptiveThreshWinSizeMin = parameters.adaptiveThreshWinSizeMax = threshold_px
     parameters.minMarkerPerimeterRate = _LEAST_PERIMETER * 4.0 * side_px / extent_px
     return parameters
-
-
-def _is_sound(corners: NDArray[np.float64]) -> bool:
-    """Whether four corners are finite and make a convex quadrilateral that runs clockwise in the picture and has an area."""
-    if not np.isfinite(corners).all():
-        return False
-    edges = np.roll(corners, -1, axis=0) - corners
-    following = np.roll(edges, -1, axis=0)
-    turns = edges[:, 0] * following[:, 1] - edges[:, 1] * following[:, 0]
-    return bool((turns > 0.0).all()) and float(turns.sum()) / 2.0 > _SMALLEST_AREA_PX2

@@ -35,7 +35,7 @@ class NestedAruco:
         """Set one backend up for each level of the pad."""
         self._layout = layout
         self._searches = [
-            _LevelSearch(family, tuple(marker for marker in level if marker.family == family), settings)
+            LevelSearch(family, tuple(marker for marker in level if marker.family == family), settings)
             for level in layout.levels()
             for family in dict.fromkeys(marker.family for marker in level)
         ]
@@ -75,10 +75,13 @@ def _side_px(marker: FoundMarker) -> float:
     return mean_side_px([(x, y) for x, y in marker.corners_px.tolist()])
 
 
-class _LevelSearch:
+class LevelSearch:
     """Some markers of one family."""
 
-    def __init__(self, family: str, markers: tuple[PlacedMarker, ...], settings: Aruco) -> None:
+    def __init__(
+        self, family: str, markers: tuple[PlacedMarker, ...], settings: Aruco, *, most: int = MOST_OF_A_LEVEL
+    ) -> None:
+        """Set a backend up that knows no other markers than these, and gives at most so many of them."""
         codes = dictionary(family)
         self._numbers = [marker.id for marker in markers]
         few = cv2.aruco.Dictionary(
@@ -86,10 +89,12 @@ class _LevelSearch:
         )
         self.largest_m = max(marker.side_m for marker in markers)
         single = WantedMarker(family, 0) if len(markers) == 1 else None
-        self._backend = ArucoBackend(few, family, settings, single, MOST_OF_A_LEVEL)
+        self._backend = ArucoBackend(few, family, settings, single, most)
 
     def detect(self, view: View) -> list[FoundMarker]:
+        """Those in the frame."""
         return [replace(marker, id=self._numbers[marker.id]) for marker in self._backend.detect(view)]
 
     def counters(self) -> Mapping[str, int]:
+        """The backend's."""
         return self._backend.counters()

@@ -8,6 +8,7 @@ from alight.markers.layout import layout_from
 from schemas.settings import Settings
 from services.detector.aided.backend import AidedBackend
 from services.detector.aruco import ArucoBackend
+from services.detector.charuco import CharucoBackend
 from services.detector.detector import Detector, WantedMarker
 from services.detector.nested_aruco import NestedAruco
 
@@ -27,9 +28,33 @@ def _aided(settings: Settings) -> Detector:
     return AidedBackend(layout_from(settings.pad), _aruco(settings))
 
 
+def _apriltag(settings: Settings) -> Detector:
+    try:
+        from services.detector.apriltag import AprilTagBackend  # noqa: PLC0415 - needs the extra `apriltag`
+    except ModuleNotFoundError as error:
+        raise UnknownDetectorError(
+            f"detector.backend: 'apriltag' needs {error.name}: pip install 'alight[apriltag]'"
+        ) from None
+    try:
+        return AprilTagBackend(layout_from(settings.pad).families, settings.detector.apriltag)
+    except OSError as error:
+        raise UnknownDetectorError(
+            f"detector.backend: 'apriltag': its library cannot be loaded on this machine: {error}"
+        ) from None
+
+
+def _charuco(settings: Settings) -> Detector:
+    return CharucoBackend(layout_from(settings.pad), settings.detector.aruco)
+
+
 Builder = Callable[[Settings], Detector]
 
-BACKENDS: Mapping[str, Builder] = {ArucoBackend.name: _aruco, AidedBackend.name: _aided}
+BACKENDS: Mapping[str, Builder] = {
+    ArucoBackend.name: _aruco,
+    AidedBackend.name: _aided,
+    "apriltag": _apriltag,
+    CharucoBackend.name: _charuco,
+}
 """Our own: name in `detector.backend` to what builds it."""
 
 ENTRY_POINTS = "alight.detectors"
@@ -45,8 +70,9 @@ def detector_from(settings: Settings) -> Detector:
     """The detector that the settings name, looking for their pad. No package can take a name of ours.
 
     Raises:
-        UnknownDetectorError: If there is none of that name, or its package cannot be loaded.
-        FamilyError: If there is no such marker family.
+        UnknownDetectorError: If there is none of that name, or its package is missing or cannot be loaded.
+        FamilyError: If there is no such marker family, or the detector does not know it.
+        NoChessboardError: If the detector needs a chessboard and the pad has none.
     """
     name = settings.detector.backend
     build = BACKENDS[name] if name in BACKENDS else _installed(name)

@@ -18,7 +18,7 @@ _RED = (0, 0, 220)
 def whiteness(layout: PadLayout, side_px: int) -> NDArray[np.float64]:
     """The print from straight above, 0 for ink and 1 for paper, means over each pixel's area, (n, n)."""
     upright, askew = split_askew(layout.markers)
-    grid = print_grid(upright, layout.board_m)
+    grid = print_grid(upright, layout.board_m, layout.ink)
     bounds = np.linspace(0.0, layout.board_m, side_px + 1)
     per_px = side_px / layout.board_m
     seen: NDArray[np.float64] = (

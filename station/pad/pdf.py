@@ -125,6 +125,8 @@ def _draw_print(pdf: FPDF, layout: PadLayout, scale: float, place_mm: tuple[floa
         ]
 
     with pdf.drawing_context() as context:
+        for square in layout.ink:
+            _fill(context, [on_page(square.outline_m())], _BLACK)
         for marker in layout.markers:
             _fill(context, [on_page(marker.corners_m()[:, :2])], _WHITE)
             _fill(context, [on_page(loop) for loop in ink_loops_m(marker)], _BLACK)

@@ -92,6 +92,7 @@ def test_what_cannot_be_decoded_is_named_and_the_rest_is_done(capsys, picture, t
     [
         (["missing.png"], "missing.png: no such image"),
         (["{picture}", "--family", "5x5"], "no marker family '5x5'"),
+        (["{picture}", "--family", "5x5_50", "--detector", "apriltag"], "reads apriltag_16h5,"),
         (
             ["{picture}", "--camera", "missing.toml"],
             "missing.toml: cannot be read (No such file or directory): correct --camera",
@@ -112,6 +113,35 @@ def test_a_camera_for_another_size_gives_corners_and_says_why_there_are_no_poses
     captured = capsys.readouterr()
     assert len(json.loads(captured.out)["detections"]) == 1
     assert "320x240, but" in captured.err
+
+
+@pytest.fixture
+def tags(tmp_path: Path) -> Path:
+    """Two AprilTags, 7 and 12."""
+    canvas = np.full((240, 400), 220, np.uint8)
+    for number, left in ((7, 40), (12, 240)):
+        canvas[60:180, left : left + 120] = cv2.aruco.generateImageMarker(dictionary("apriltag_36h11"), number, 120)
+    path = tmp_path / "tags.png"
+    cv2.imwrite(str(path), canvas)
+    return path
+
+
+def test_apriltag_reads_all_of_its_family_without_being_told_more(capsys, tags) -> None:
+    (line,) = looked(capsys, tags, "--detector", "apriltag")
+    assert sorted((marker["family"], marker["id"]) for marker in line["detections"]) == [
+        ("apriltag_36h11", 7),
+        ("apriltag_36h11", 12),
+    ]
+    assert looked(capsys, tags, "--detector", "apriltag", "--id", "12")[0]["detections"][0]["id"] == 12
+
+
+def test_apriltag_and_aruco_give_the_same_corners(capsys, tags) -> None:
+    lines = [
+        looked(capsys, tags, "--family", "apriltag_36h11", "--detector", name)[0] for name in ("aruco", "apriltag")
+    ]
+    one, other = ({marker["id"]: marker["corners_px"] for marker in line["detections"]} for line in lines)
+    assert one.keys() == other.keys()
+    assert all(np.allclose(one[number], other[number], atol=0.1) for number in one)
 
 
 def ids_in(lines: list[dict]) -> Counter:
@@ -137,6 +167,10 @@ def ids_in(lines: list[dict]) -> Counter:
         ("apriltag_upstream/33369213973_9d9bb4cc96_c.jpg", ["--family", "apriltag_36h11"], 13, {0}),
         ("apriltag_upstream/34085369442_304b6bafd9_c.jpg", ["--family", "apriltag_36h11"], 15, {0}),
         ("apriltag_upstream/34139872896_defdb2f8d9_c.jpg", ["--family", "apriltag_36h11"], 14, {0}),
+        ("apriltag_upstream", ["--detector", "apriltag"], 46, {0}),
+        ("duckietown_multiple/test_image_multiple_*.png", ["--detector", "apriltag"], 29, {22, 24, 58, 85, 144, 198}),
+        ("tello_mirror_flight_day/video_2023-07-31_10-14-37.mp4", ["--detector", "apriltag", "--mirrored"], 10, {3}),
+        ("tello_mirror_flight_day", ["--detector", "apriltag"], 0, set()),
         ("tello_front_gridboard/[0-9]*.png", ["--family", "6x6_1000"], 235, set(range(35))),
         ("tello_front_gridboard/mirrored_*.png", ["--family", "6x6_1000"], 0, set()),
         ("tello_front_gridboard/mirrored_*.png", ["--family", "6x6_1000", "--mirrored"], 42, set(range(35))),

@@ -28,9 +28,8 @@ def test_a_turned_marker_s_corners_stay_those_of_its_own_print():
 
 
 def test_shipped_layouts_can_all_be_read():
-    assert set(shipped_layouts()) >= {"paper", "nested"}
-    for name in shipped_layouts():
-        assert layout_from(PadSettings(layout=name)).markers[0].side_m == 1.0
+    sides_m = {name: layout_from(PadSettings(layout=name)).markers[0].side_m for name in shipped_layouts()}
+    assert sides_m == {"charuco": 0.18, "nested": 1.0, "paper": 1.0}
 
 
 def test_small_markers_lie_one_level_above_the_large_one():
@@ -42,7 +41,7 @@ def test_small_markers_lie_one_level_above_the_large_one():
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ("board_m = 1.0", "marker: Field required"),
+        ("board_m = 1.0", "either as tables"),
         ("board_m = 'x'\n[[marker]]\nfamily='4x4_50'\nid=1\nside_m=0.1", "board_m"),
         ("board_m = 1.0\n[[marker]]\nfamily='4x4_50'\nid=50\nside_m=0.1", "markers 0 to 49, not 50"),
         ("board_m = 1.0\n[[marker]]\nfamily='4x4_51'\nid=1\nside_m=0.1", "did you mean 4x4_50"),
@@ -64,7 +63,7 @@ def test_a_wrong_layout_is_refused_in_one_line_that_says_why(tmp_path: Path, tex
 
 
 def test_a_layout_that_is_not_there_names_those_that_are():
-    with pytest.raises(LayoutError, match="shipped layouts are nested, paper"):
+    with pytest.raises(LayoutError, match="shipped layouts are charuco, nested, paper"):
         layout_from(PadSettings(layout="nestd"))
     with pytest.raises(FamilyError):
         layout_from(PadSettings(id=1000))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from alight.geometry.camera import PinholeCamera
+from alight.markers.layout import layout_from
 from schemas.settings import Settings
 from services.camera.calibration_file import configured_calibration
 from services.camera.simulated_camera import SimulatedCamera
@@ -24,12 +25,13 @@ class RenderedPad:
 
 
 class PadStudio:
-    """Takes pictures of the paper's pad."""
+    """Takes pictures of a pad; the corners are those of the paper's single marker."""
 
-    def __init__(self, truth_at) -> None:
-        calibration = configured_calibration(Settings().camera)
+    def __init__(self, truth_at, settings: Settings) -> None:
+        calibration = configured_calibration(settings.camera)
         self.camera = PinholeCamera.from_calibration(calibration)
-        self._simulated = SimulatedCamera(Settings(), calibration)
+        self.layout = layout_from(settings.pad)
+        self._simulated = SimulatedCamera(settings, calibration)
         self._truth_at = truth_at
 
     def shoot(self, *place, **more) -> RenderedPad:
@@ -52,4 +54,10 @@ class PadStudio:
 
 @pytest.fixture
 def studio(truth_at) -> PadStudio:
-    return PadStudio(truth_at)
+    return PadStudio(truth_at, Settings())
+
+
+@pytest.fixture
+def studio_with(truth_at):
+    """A studio for another pad: `studio_with(family="apriltag_36h11", id=5)`."""
+    return lambda **pad: PadStudio(truth_at, Settings.model_validate({"pad": pad}))

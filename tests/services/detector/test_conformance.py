@@ -6,15 +6,28 @@ from schemas.settings import Settings
 from services.detector.conformance import CHECKS, ConformanceError
 from services.detector.registry import detector_from, detector_names
 
+PADS = {"apriltag": {"family": "apriltag_36h11", "id": 5}, "charuco": {"layout": "charuco"}}
+"""For those that do not read the paper's pad."""
+
 
 @pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__.removeprefix("check_"))
 @pytest.mark.parametrize("name", detector_names())
 def test_the_detector_conforms(name, check) -> None:
-    def build(settings: Settings):
-        chosen = settings.detector.model_copy(update={"backend": name})
-        return detector_from(settings.model_copy(update={"detector": chosen}))
+    check(detector_from, Settings.model_validate({"detector": {"backend": name}, "pad": PADS.get(name, {})}))
 
-    check(build)
+
+@pytest.mark.parametrize("family", ["apriltag_16h5", "apriltag_25h9"])
+@pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__.removeprefix("check_"))
+def test_apriltag_conforms_with_its_other_families(family, check) -> None:
+    check(
+        detector_from,
+        Settings.model_validate(
+            {
+                "detector": {"backend": "apriltag"},
+                "pad": {"family": family, "id": 7},
+            }
+        ),
+    )
 
 
 class _HalfAPixelOff:

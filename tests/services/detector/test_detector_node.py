@@ -86,7 +86,7 @@ def test_a_lens_model_without_an_inverse_locates_nothing(node, studio) -> None:
 @pytest.mark.parametrize(
     ("section", "says"),
     [
-        ({"detector": {"backend": "arucoo"}}, "no detector 'arucoo': there are: aided, aruco"),
+        ({"detector": {"backend": "arucoo"}}, "no detector 'arucoo': there are: aided, apriltag, aruco, charuco"),
         ({"pad": {"family": "5x6"}}, "no marker family '5x6'"),
     ],
 )
