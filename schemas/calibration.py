@@ -25,5 +25,8 @@ class CameraCalibration(Stamped):
     """Principal point, image y, pixels."""
     distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
     """k1, k2, p1, p2, k3 of OpenCV's model, dimensionless."""
+    row_time_s: Annotated[float, Field(ge=-1e-3, le=1e-3)] = 0.0
+    """Rolling shutter: from the exposure of one row to that of the row below it, seconds; 0 if all rows are exposed at once, negative if
+    the lowest row is first (a camera that is mounted upside down)."""
     source: ShortText = ""
     """Where the numbers come from, for people."""

@@ -7,6 +7,7 @@ from pydantic import Field
 from schemas.message import Matrix6, Part, Quaternion, ShortText, Traced, Vector3
 
 Corner = tuple[float, float]
+RowsAfter = Annotated[float, Field(ge=-1.0, le=1.0)]
 
 
 class MarkerPose(Part):
@@ -39,6 +40,8 @@ class Marker(Part):
     """The planar solutions, the one with the smaller reprojection error first."""
     ambiguity: Annotated[float, Field(ge=0.0, le=1.0)]
     """Smaller over larger reprojection error: near 1 the picture cannot tell the two poses apart."""
+    rows_after_s: RowsAfter = 0.0
+    """From `captured_at_ns` to the exposure of the rows that show the marker's middle (rolling shutter), seconds."""
 
 
 class MarkerName(Part):
@@ -65,6 +68,9 @@ class PadView(Part):
     """How large the used corners' outline is in the picture: side of the square of its area, or mean side of a single marker, pixels."""
     corner_sigma_px: Annotated[float, Field(gt=0.0)]
     """Standard deviation of one corner coordinate, root mean square over the used markers, pixels."""
+    rows_after_s: RowsAfter = 0.0
+    """From `captured_at_ns` to the exposure of the rows that show the middle of the used markers' corners (rolling shutter), seconds:
+    the poses are those of that moment."""
 
 
 class Detection(Traced):

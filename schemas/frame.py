@@ -25,7 +25,7 @@ class PixelFormat(StrEnum):
 
 
 class FrameHeader(Traced):
-    """One camera frame; `captured_at_ns` is the middle of its exposure."""
+    """One camera frame; `captured_at_ns` is the middle of its exposure, with a rolling shutter that of its middle row."""
 
     sequence: Annotated[int, Field(ge=0)]
     """Counts the frames of this camera since its process started."""

@@ -9,6 +9,7 @@ from schemas.settings.live_camera import LiveCamera
 from schemas.settings.section import Section
 
 Coefficient = Annotated[float, Field(ge=-100.0, le=100.0)]
+RowTime = Annotated[float, Field(ge=-1e-3, le=1e-3)]
 GreyLevel = Annotated[float, Field(ge=0.0, le=255.0)]
 
 
@@ -35,6 +36,9 @@ class Calibration(Section):
         100.7e-4,
     )
     """k1, k2, p1, p2, k3 of OpenCV's model, dimensionless."""
+    row_time_s: RowTime = 0.0
+    """Rolling shutter: from the exposure of one row to that of the row below it, seconds; 0 if all rows are exposed at once, negative if
+    the lowest row is first (a camera that is mounted upside down)."""
     source: str = Field(default="", max_length=500)
     """Where the numbers come from, for people."""
 
@@ -57,6 +61,8 @@ class Optics(Section):
     """Standard deviation of the lens's blur beyond the area of a pixel, pixels. The pad is never drawn sharper than 0.35."""
     exposure_s: float = Field(default=0.004, ge=0.0, le=0.1)
     """Exposure time, seconds; what moves meanwhile is smeared."""
+    row_time_s: RowTime = 0.0
+    """The sensor's true row time, seconds; the one that is believed is `camera.calibration.row_time_s`."""
     noise_level: float = Field(default=3.0, ge=0.0, le=60.0)
     """Standard deviation of each pixel's noise, grey levels."""
     vignetting: float = Field(default=0.0, ge=0.0, le=1.0)

@@ -36,7 +36,7 @@ def read_calibration(path: Path, key: str, size_px: tuple[int, int] | None = Non
     """Read a calibration; `at_ns` is 0.
 
     Args:
-        path: A `.toml` file with the keys of `Calibration`, all but `distortion` and `source` required, or OpenCV YAML with
+        path: A `.toml` file with the keys of `Calibration`, all but `distortion`, `row_time_s` and `source` required, or OpenCV YAML with
             `camera_matrix` and `distortion_coefficients`.
         key: The setting or option that named the file, for the message.
         size_px: Width and height for a YAML file without `image_width` and `image_height`.
@@ -72,6 +72,8 @@ def calibration_text(calibration: Calibration, remarks: Sequence[str] = ()) -> s
     lines = [f"# {line}" for line in remarks]
     lines += [f"{key} = {getattr(calibration, key)!r}" for key in _KEYS]
     lines.append(f"distortion = {list(calibration.distortion)!r}")
+    if calibration.row_time_s:
+        lines.append(f"row_time_s = {calibration.row_time_s!r}")
     lines.append(f"source = {json.dumps(calibration.source)}")
     return "\n".join(lines) + "\n"
 
@@ -98,6 +100,7 @@ def scaled_to(calibration: CameraCalibration, width_px: int, height_px: int) -> 
             # Pixels are counted from the centre of the first one.
             "cx_px": (calibration.cx_px + 0.5) * across - 0.5,
             "cy_px": (calibration.cy_px + 0.5) * down - 0.5,
+            "row_time_s": calibration.row_time_s / down,
         }
     )
 

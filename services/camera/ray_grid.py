@@ -26,6 +26,8 @@ class RayGrid:
         centred = (pixels - (camera.cx_px, camera.cy_px)) / (camera.fx_px, camera.fy_px)
         rays = camera.undistorted(pixels)
         rays = np.where(np.isfinite(rays), rays, centred)
+        self.rows_px = y_px
+        """Picture rows of the nodes, (rows + 2,)."""
         shape = (self.rows + 2, self.columns + 2, 3)
         self.rays: Grid = np.column_stack((rays, np.ones(len(rays)))).reshape(shape).astype(np.float32)
         """(rows + 2, columns + 2, 3): x/z, y/z, 1."""

@@ -62,6 +62,11 @@ class Renderer:
         """The camera's rays on the grid's nodes, (rows + 2, columns + 2, 3)."""
         return self._grid.rays
 
+    @property
+    def rows_px(self) -> NDArray[np.float64]:
+        """Picture rows of the grid's nodes, (rows + 2,)."""
+        return np.asarray(self._grid.rows_px, np.float64)
+
     def ground_nodes(self, viewpoint: Viewpoint) -> tuple[Grid, Grid]:
         """Where the rays of the grid meet the ground.
 
@@ -69,7 +74,8 @@ class Renderer:
             Marker x, y in metres (rows + 2, columns + 2, 2), and the sine-like third coordinate (rows + 2, columns + 2), which is
             `_LOWEST_SINE` where a ray goes to the sky.
         """
-        hit = self._grid.rays @ viewpoint.ground_from_ray.T.astype(np.float32)
+        # One matrix, or one for each row of nodes where a shutter rolls.
+        hit = self._grid.rays @ np.swapaxes(viewpoint.ground_from_ray, -1, -2).astype(np.float32)
         down = np.maximum(hit[..., 2], np.float32(_LOWEST_SINE))
         return np.asarray(hit[..., :2] / down[..., None], np.float32), down
 
@@ -121,7 +127,8 @@ class Renderer:
 
     def _box(self, sheet: Sheet, viewpoint: Viewpoint) -> _Box | None:
         """The blocks of the grid that a sheet covers; None if it is out of view."""
-        points = viewpoint.in_camera(sheet.outline_m())
+        outline_m = sheet.outline_m()
+        points = np.concatenate([each.in_camera(outline_m) for each in viewpoint.extremes])
         before = points[:, 2] > _LOWEST_SINE
         if not before.any():
             return None

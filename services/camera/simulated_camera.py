@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from alight.geometry.camera import PinholeCamera
+from alight.geometry.rolling_shutter import row_after_s
 from alight.geometry.rotation import Matrix
 from alight.markers.layout import InkSquare, PlacedMarker, layout_from
 from alight.runtime.seed import generator
@@ -23,7 +24,7 @@ from services.camera.print_on_ground import PrintOnGround
 from services.camera.renderer import Renderer, Scene
 from services.camera.sensor import Sensor
 from services.camera.sunshine import with_glare, with_shadow
-from services.camera.viewpoint import Viewpoint, mount_rotation
+from services.camera.viewpoint import RollingViewpoint, Viewpoint, mount_rotation
 
 Picture = NDArray[np.uint8]
 
@@ -64,14 +65,21 @@ class SimulatedCamera:
         self._pad.draw_all(_NEAREST_M / self._camera.fx_px)
 
     def capture(self, truth: GroundTruth) -> Picture:
-        """The picture whose exposure has its middle at the time of the truth, (height, width), grey levels."""
+        """The picture whose exposure, of its middle row, has its middle at the time of the truth, (height, width), grey levels."""
         instants_s = exposure_instants_s(truth, self._mount, self._camera.fx_px, self._optics.exposure_s)
         scenes = [self._lit_scene(truth, after_s) for after_s in instants_s]
         blur_px2 = scenes[len(scenes) // 2].blur_px2
         return self._sensor.expose(_mean([scene.picture for scene in scenes]), blur_px2)
 
+    def _viewpoint(self, truth: GroundTruth, after_s: float) -> Viewpoint:
+        if self._optics.row_time_s == 0.0:
+            return Viewpoint.from_truth(truth, self._mount, after_s)
+        height_px, row_time_s = self._camera.height_px, self._optics.row_time_s
+        rows_after_s = [row_after_s(row, height_px, row_time_s) for row in self._renderer.rows_px.tolist()]
+        return RollingViewpoint.of_rows(truth, self._mount, rows_after_s, after_s)
+
     def _lit_scene(self, truth: GroundTruth, after_s: float) -> Scene:
-        viewpoint = Viewpoint.from_truth(truth, self._mount, after_s)
+        viewpoint = self._viewpoint(truth, after_s)
         scene = self._renderer.render(viewpoint)
         if self._sunlight.shadow_depth <= 0.0 and self._sunlight.glare_level <= 0.0:
             return scene

@@ -1,6 +1,7 @@
 """From where the true camera looks at the pad: the ground truth and everything that is built otherwise than believed."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -55,6 +56,11 @@ class Viewpoint:
         return cls(R_marker_ned @ R_ned_body @ mount @ R_body_camera(), (x, y, max(z, _LOWEST_CAMERA_M)))
 
     @property
+    def extremes(self) -> "tuple[Viewpoint, ...]":
+        """What bounds the viewpoints of all rows: with all rows exposed at once, this one alone."""
+        return (self,)
+
+    @property
     def ground_from_ray(self) -> Matrix:
         """Where a ray (x/z, y/z, 1) of the camera meets the plane of the print, (3, 3): homogeneous marker x, y in metres.
 
@@ -68,3 +74,34 @@ class Viewpoint:
         """Points (N, 3) of the marker's frame in camera coordinates, metres."""
         moved: Matrix = (points_marker_m - np.array(self.position_marker_m)) @ self.R_marker_camera
         return moved
+
+
+@dataclass(frozen=True)
+class RollingViewpoint(Viewpoint):
+    """The middle row's viewpoint, and those of rows from above to below the picture, each with a moment of its own."""
+
+    rows: tuple[Viewpoint, ...]
+
+    @classmethod
+    def of_rows(cls, truth: GroundTruth, mount: Matrix, rows_after_s: Sequence[float], after_s: float = 0.0) -> Self:
+        """The viewpoints a moment after the truth was taken.
+
+        Args:
+            truth: Pose, velocity and rates of the vehicle; the pad's azimuth.
+            mount: From `mount_rotation`.
+            rows_after_s: Of each row, after the middle row's exposure, seconds.
+            after_s: The middle row's, after the truth, seconds.
+        """
+        middle = Viewpoint.from_truth(truth, mount, after_s)
+        rows = tuple(Viewpoint.from_truth(truth, mount, after_s + row_s) for row_s in rows_after_s)
+        return cls(middle.R_marker_camera, middle.position_marker_m, rows)
+
+    @property
+    def extremes(self) -> tuple[Viewpoint, ...]:
+        """The first row's, the middle row's and the last row's."""
+        return (self.rows[0], Viewpoint(self.R_marker_camera, self.position_marker_m), self.rows[-1])
+
+    @property
+    def ground_from_ray(self) -> Matrix:
+        """The same for each row, (rows, 3, 3)."""
+        return np.array([row.ground_from_ray for row in self.rows])

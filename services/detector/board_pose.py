@@ -42,6 +42,7 @@ def pad_view(markers: Sequence[Marker], layout: PadLayout, camera: PinholeCamera
         ambiguity, extent_px, sigma_px = marker.ambiguity, mean_side_px(marker.corners_px), marker.corner_sigma_px
     names = tuple(_name(marker) for marker, _ in kept)
     left_out = tuple(_name(marker) for marker, _ in members if _name(marker) not in names)
+    rows_after_s = sum(marker.rows_after_s for marker, _ in kept) / len(kept)
     return PadView(
         poses=poses,
         ambiguity=ambiguity,
@@ -49,6 +50,7 @@ def pad_view(markers: Sequence[Marker], layout: PadLayout, camera: PinholeCamera
         left_out=left_out,
         extent_px=extent_px,
         corner_sigma_px=sigma_px,
+        rows_after_s=rows_after_s,
     )
 
 

@@ -36,6 +36,7 @@ class DetectorNode(Node):
         self._layout = layout_from(settings.pad)
         self._prior = PriorKeeper(settings.geolocator.mount)
         self._camera: PinholeCamera | None = None
+        self._row_time_s = 0.0
         self._complaint = ""
         self._counts = {"frames": 0, "frames_with_markers": 0, "frames_without_calibration": 0}
         self.subscribe(topics.FRAME, self._on_frame)
@@ -46,6 +47,7 @@ class DetectorNode(Node):
 
     def _on_calibration(self, arrival: Arrival[CameraCalibration]) -> Outputs:
         self._camera = PinholeCamera.from_calibration(arrival.message)
+        self._row_time_s = arrival.message.row_time_s
         return ()
 
     def _on_vehicle_state(self, arrival: Arrival[VehicleState]) -> Outputs:
@@ -98,7 +100,9 @@ class DetectorNode(Node):
             return ()
         prior = self._prior.at(captured_at_ns, self._camera)
         found = self._detector.detect(View(picture, captured_at_ns, self._camera, prior))
-        markers = (located(marker, self._side_m(marker), self._camera) for marker in found[:_MOST_MARKERS])
+        markers = (
+            located(marker, self._side_m(marker), self._camera, self._row_time_s) for marker in found[:_MOST_MARKERS]
+        )
         return tuple(marker for marker in markers if marker is not None)
 
     def _side_m(self, marker: FoundMarker) -> float:

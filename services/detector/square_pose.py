@@ -5,6 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from alight.geometry.camera import PinholeCamera
+from alight.geometry.rolling_shutter import row_after_s
 from alight.geometry.rotation import quaternion_from_R
 from schemas.detection import Marker, MarkerPose
 from services.detector.detector import FoundMarker
@@ -28,13 +29,14 @@ def square_points_m(side_m: float) -> Array:
     return np.array([[-half, half, 0.0], [half, half, 0.0], [half, -half, 0.0], [-half, -half, 0.0]])
 
 
-def located(found: FoundMarker, side_m: float, camera: PinholeCamera) -> Marker | None:
+def located(found: FoundMarker, side_m: float, camera: PinholeCamera, row_time_s: float = 0.0) -> Marker | None:
     """The marker with its poses, the better one first; None if no pose puts it before the camera.
 
     Args:
         found: The marker in the picture.
         side_m: Length of its black outer edge, metres.
         camera: The calibrated camera.
+        row_time_s: From the exposure of one row to that of the next, seconds.
     """
     rays = camera.undistorted(found.corners_px)
     if not np.isfinite(rays).all():
@@ -52,6 +54,7 @@ def located(found: FoundMarker, side_m: float, camera: PinholeCamera) -> Marker 
         corner_sigma_px=found.corner_sigma_px,
         poses=tuple(seen),
         ambiguity=(best / worst if worst > 0.0 else 1.0) if len(seen) > 1 else 0.0,
+        rows_after_s=row_after_s(float(found.corners_px[:, 1].mean()), camera.height_px, row_time_s),
     )
 
 

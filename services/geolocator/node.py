@@ -92,9 +92,8 @@ class Geolocator(Node):
         pad = pad_in(detection, self._layout)
         if self._calibration is None:
             raise FixRefusedError(FixVerdict.NO_CALIBRATION, "no camera calibration has come yet")
-        looked_at_ns = (
-            captured_at_ns if self._settings.lookup.pose == "capture" else self._poses.newest_ns(captured_at_ns)
-        )
+        seen_at_ns = captured_at_ns + nanoseconds(pad.rows_after_s)
+        looked_at_ns = seen_at_ns if self._settings.lookup.pose == "capture" else self._poses.newest_ns(captured_at_ns)
         latency_s = self._settings.lookup.image_latency_s if self._settings.lookup.pose == "capture" else 0.0
         believed = self._view_at(looked_at_ns - nanoseconds(latency_s))
         true = believed

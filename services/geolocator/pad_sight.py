@@ -31,6 +31,7 @@ def pad_in(detection: Detection, layout: PadLayout) -> PadView:
         used=(MarkerName(family=marker.family, id=marker.id),),
         extent_px=mean_side_px(marker.corners_px),
         corner_sigma_px=marker.corner_sigma_px,
+        rows_after_s=marker.rows_after_s,
     )
 
 
