@@ -11,6 +11,7 @@ from station.bench.estimation import bench_estimation
 from station.bench.lockstep import bench_lockstep
 from station.bench.nested import bench_nested
 from station.bench.overhead import bench_overhead
+from station.bench.real_pictures import bench_real_pictures
 from station.bench.recording import bench_recording
 from station.bench.replay import bench_replay
 from station.bench.stages import bench_stages
@@ -23,6 +24,7 @@ BENCHES = {
     "campaign": bench_campaign,
     "nested": bench_nested,
     "calibration": bench_calibration,
+    "real-pictures": bench_real_pictures,
     "replay": bench_replay,
     "recording": bench_recording,
     "detection-range": bench_detection_range,
@@ -34,6 +36,7 @@ WITH_OPTIONS = {
     "detection-range": bench_detection_range,
     "detection-corners": bench_detection_corners,
     "detection-time": bench_detection_time,
+    "real-pictures": bench_real_pictures,
 }
 """Those that take options of their own when named alone."""
 

@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from services.camera.calibration_file import read_calibration
 from station.bench.table import print_table
 from station.calibrate.board import Grey, board_from
 from station.calibrate.coverage import Coverage
@@ -19,8 +20,10 @@ SETS = (
     ("bottomcam_chessboard_20181028", "*.png", "chessboard:8x5:0.03"),
     ("bottomcam_chessboard_20190214_squeezed", "*.png", "chessboard:8x5:0.03"),
     ("tello_front_gridboard", "[0-9]*.png", "gridboard:5x7:0.033:0.0035:6x6_1000"),
+    ("opencv_aruco_tutorials", "img_0*.jpg", "charuco:5x7:0.04:0.02:6x6_250:legacy"),
 )
-"""Folder, pictures, board. The authors' camera lies beside them in `mtx.npy` and `dist.npy`."""
+"""Folder, pictures, board. The authors' camera lies beside them in `mtx.npy` and `dist.npy`, or in OpenCV's YAML."""
+_YAML = "tutorial_camera_charuco.yml"
 
 
 def bench_calibration() -> None:
@@ -57,6 +60,9 @@ def _pictures(folder: Path, pattern: str) -> list[tuple[str, Grey]]:
 
 
 def _authors(folder: Path) -> NDArray[np.float64]:
+    if (folder / _YAML).exists():
+        camera = read_calibration(folder / _YAML, "the authors' camera")
+        return np.array([camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px, *camera.distortion])
     matrix, distortion = np.load(folder / "mtx.npy"), np.load(folder / "dist.npy").ravel()
     return np.array([matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2], *distortion[:5]])
 
