@@ -99,7 +99,7 @@ def _row(
 
 # fmt: off
 #                    name                    message            delivery         published by   read by
-FRAME = _row(        "camera/frame",         FrameHeader,       Delivery.STREAM, "camera",      "detector recorder",
+FRAME = _row(        "camera/frame",         FrameHeader,       Delivery.STREAM, "camera",      "detector recorder station",
                      hz=30, stale_after_s=0.5, has_pixels=True)
 CALIBRATION = _row(  "camera/calibration",   CameraCalibration, Delivery.STATE,  "camera",      "detector geolocator recorder",
                      hz=1, stale_after_s=5, max_age_s=None)

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import cv2
 
+from alight.runtime.bus import BusError
+from alight.runtime.port import PortError
 from alight.runtime.settings_file import SettingsError, load_settings
 from schemas.settings.camera import Calibration
 from services.camera.calibration_file import calibration_text, configured_calibration
@@ -18,19 +20,16 @@ from station.calibrate import bias_command, delay_command
 from station.calibrate.board import BoardError, CalibrationBoard, Grey, board_from
 from station.calibrate.coverage import Coverage
 from station.calibrate.judge import complaints_after, complaints_before
+from station.calibrate.live import NoFramesError, live_pictures
+from station.calibrate.looking import InputError, Looked, look_at_all, look_live
 from station.calibrate.report import Outcome, parameter_lines, summary_lines, write_report
 from station.calibrate.solve import NAMES, Solution, SolveError, solve
 from station.calibrate.spiral import BOARD, spiral_pictures
-from station.calibrate.views import View, choose_views, find_views
+from station.calibrate.views import choose_views
 from station.commands import sentence
 
+LIVE = "live"
 CALIBRATION, COVERAGE, REPORT = "calibration.toml", "coverage.png", "report.html"
-
-_SHOW_EVERY = 5
-
-
-class InputError(ValueError):
-    """Pictures that cannot be used, in one line."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,7 +37,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     actions = parser.add_subparsers(title="what", metavar="WHAT", required=True)
     meaning = "find a camera's intrinsic parameters from pictures of a board"
     camera = actions.add_parser("camera", help=meaning, description=sentence(meaning))
-    camera.add_argument("files", nargs="*", metavar="FILES", help="images, videos, directories or patterns")
+    camera.add_argument(
+        "files",
+        nargs="*",
+        metavar="FILES",
+        help="images, videos, directories or patterns; or the word `live` for the camera that runs now",
+    )
     camera.add_argument(
         "--board",
         metavar="BOARD",
@@ -54,7 +58,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="no files: repeat the paper's spiral flight over its 9x6 board with the simulated camera",
     )
-    camera.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="with --simulated: a setting")
+    camera.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="with --simulated or live: a setting, such as camera.source=device",
+    )
+    camera.add_argument(
+        "--seconds",
+        type=float,
+        default=300.0,
+        metavar="S",
+        help="live: how long to look at most; Ctrl-C ends it, too (default: %(default)g)",
+    )
     camera.add_argument(
         "--out", type=Path, default=Path("calibration"), metavar="DIR", help="where to write (default: %(default)s)"
     )
@@ -79,12 +96,13 @@ def run(arguments: argparse.Namespace) -> int:
                 f"--out {out}: there is a calibration already, and none is overwritten; name another folder"
             )
         out.mkdir(parents=True, exist_ok=True)
-        outcome = _calibrated(board, pictures, out, title)
+        look = look_live if arguments.files == [LIVE] else look_at_all
+        outcome = _calibrated(look(board, pictures, out / COVERAGE), out, title)
         write_report(outcome, out / COVERAGE, out / REPORT)
         if arguments.simulated and outcome.solution is not None:
             _compare(outcome.solution, arguments.set)
         return _conclude(outcome, out)
-    except (BoardError, FilesError, InputError, SettingsError) as error:
+    except (BoardError, FilesError, InputError, NoFramesError, SettingsError, BusError, PortError) as error:
         print(f"alight calibrate: {error}", file=sys.stderr)
         return 2
     except OSError as error:
@@ -98,8 +116,14 @@ def _input(arguments: argparse.Namespace) -> tuple[CalibrationBoard, Iterator[tu
             raise InputError("--simulated: takes no files and no board of yours; leave them out")
         cv2.setNumThreads(1)  # sums would depend on the number of threads
         return BOARD, spiral_pictures(load_settings(None, os.environ, arguments.set)), "Simulated camera, spiral flight"
+    if arguments.files == [LIVE] and arguments.board:
+        settings = load_settings(None, os.environ, arguments.set)
+        title = (
+            f"{settings.camera.source if settings.camera.source in ('device', 'stream') else 'bus'}, {arguments.board}"
+        )
+        return board_from(arguments.board), live_pictures(settings, arguments.seconds), title
     if arguments.set:
-        raise InputError("--set: only with --simulated")
+        raise InputError("--set: only with --simulated or live")
     if not arguments.files or not arguments.board:
         raise InputError("name the pictures and the --board in them, or say --simulated")
     if arguments.every < 1:
@@ -123,9 +147,9 @@ def _pictures(files: list[Path], every: int, mirrored: bool) -> Iterator[tuple[s
                 yield picture.name, grey(picture.pixels)
 
 
-def _calibrated(board: CalibrationBoard, pictures: Iterator[tuple[str, Grey]], out: Path, title: str) -> Outcome:
-    """Look, choose, solve, judge. The coverage's picture is renewed all the time, to be watched while it runs."""
-    views, count, size_px = _look(board, pictures, out)
+def _calibrated(looked: Looked, out: Path, title: str) -> Outcome:
+    """Choose, solve, judge."""
+    views, count, size_px = looked
     chosen = choose_views(views)
     coverage = Coverage(size_px)
     coverage.add(chosen.used)
@@ -139,38 +163,6 @@ def _calibrated(board: CalibrationBoard, pictures: Iterator[tuple[str, Grey]], o
     except SolveError as error:
         complaints.append(str(error))
     return Outcome(title, count, len(views), chosen, coverage, solution, tuple(complaints))
-
-
-def _look(
-    board: CalibrationBoard, pictures: Iterator[tuple[str, Grey]], out: Path
-) -> tuple[list[View], int, tuple[int, int]]:
-    sizes: dict[tuple[int, int], str] = {}
-
-    def of_one_size() -> Iterator[tuple[str, Grey]]:
-        for name, picture in pictures:
-            sizes.setdefault((picture.shape[1], picture.shape[0]), name)
-            if len(sizes) > 1:
-                (first, other), (one, two) = sizes.values(), ("x".join(map(str, size)) for size in sizes)
-                raise InputError(f"{first} is {one}, {other} is {two}: a calibration holds for one size of picture")
-            yield name, picture
-
-    views: list[View] = []
-    seen = Coverage((1, 1))
-    count = 0
-    for count, (name, view) in enumerate(find_views(board, of_one_size()), 1):
-        if count == 1:
-            seen = Coverage(next(iter(sizes)))
-        print(
-            f"{name}: {'no board' if view is None else f'{len(view.corners.pixels)} corners, blur {view.blur_px:.1f} px'}"
-        )
-        if view is not None:
-            views.append(view)
-            seen.add([view])
-        if count % _SHOW_EVERY == 0:
-            seen.draw(out / COVERAGE)
-    if not sizes:
-        raise InputError("no picture could be decoded")
-    return views, count, next(iter(sizes))
 
 
 def _compare(solution: Solution, assignments: list[str]) -> None:

@@ -44,8 +44,12 @@ class Coverage:
         seen = (left & top, right & top, left & below, right & below)
         return tuple(zone for zone, each in zip(ZONES, seen, strict=True) if not each.any())
 
-    def draw(self, file: Path) -> None:
+    def draw(self, file: Path, behind: NDArray[np.uint8] | None = None) -> None:
         """Write a picture: green where corners were seen, the more the brighter, with a dot for each.
+
+        Args:
+            file: Where to.
+            behind: What the camera sees now, (height, width), grey levels.
 
         Raises:
             OSError: If it cannot be written.
@@ -56,6 +60,8 @@ class Coverage:
         field[counts > 0] = np.array(_ONE) * 0.35
         field += np.array(_ONE) * (0.65 * np.minimum(counts / max(counts.max(), 1), 1.0))[..., None]
         picture = cv2.resize(field.astype(np.uint8), (width, height), interpolation=cv2.INTER_NEAREST)
+        if behind is not None:
+            picture = np.asarray(cv2.addWeighted(picture, 0.5, cv2.cvtColor(behind, cv2.COLOR_GRAY2BGR), 0.5, 0.0))
         for line in range(1, COLUMNS):
             cv2.line(picture, (width * line // COLUMNS, 0), (width * line // COLUMNS, height), _GRID)
         for line in range(1, ROWS):
@@ -64,7 +70,10 @@ class Coverage:
             cv2.circle(picture, (x, y), _DOT_PX, (255, 255, 255), -1)
         made, code = cv2.imencode(".png", picture)
         if made:
-            file.write_bytes(code.tobytes())
+            # Whoever watches the file never sees half a picture.
+            part = file.with_suffix(".part")
+            part.write_bytes(code.tobytes())
+            part.replace(file)
 
     def _places(self) -> NDArray[np.float64]:
         return np.concatenate(self._pixels) if self._pixels else np.zeros((0, 2))
