@@ -4,7 +4,7 @@ import contextlib
 import logging
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from alight.runtime.bus import Bus, BusError
 from alight.runtime.live import LiveRunner
@@ -19,6 +19,10 @@ from station.calibrate.board import Grey
 
 SILENT_S = 15.0
 """Without a frame for so long there is no camera."""
+_NOBODY = (
+    "start the camera (python -m services.camera), check bus.connect and the vehicle's name, or open a camera here with "
+    "--set camera.source=device"
+)
 
 
 class NoFramesError(ValueError):
@@ -76,30 +80,28 @@ def live_pictures(settings: Settings, seconds: float) -> Iterator[tuple[str, Gre
         PortError: If the camera's settings cannot work.
     """
     newest = NewestFrame()
-    with _opened(settings, newest):
+    with _opened(settings, newest) as trouble:
         end_s = time.monotonic() + seconds
         while time.monotonic() < end_s:
             frame = newest.take(SILENT_S)
             if frame is None:
-                raise NoFramesError(
-                    f"live: no frame within {SILENT_S:g} s: start the camera (python -m services.camera), check bus.connect and the "
-                    "vehicle's name, or open a camera here with --set camera.source=device"
-                )
+                raise NoFramesError(f"live: no frame within {SILENT_S:g} s: {trouble()}")
             yield frame
 
 
 @contextlib.contextmanager
-def _opened(settings: Settings, newest: NewestFrame) -> Iterator[None]:
+def _opened(settings: Settings, newest: NewestFrame) -> Iterator[Callable[[], str]]:
+    """Frames go to `newest` meanwhile; gives what to call to hear why there are none."""
     if settings.camera.source in ("device", "stream"):
-        with _own_camera(settings, newest):
-            yield
+        with _own_camera(settings, newest) as trouble:
+            yield trouble
         return
     logging.getLogger("alight").addHandler(logging.NullHandler())  # a look must not print what it refuses
     runner = LiveRunner(FrameListener(newest), settings, ports={}, bus=_bus(settings))
     thread = threading.Thread(target=runner.run, daemon=True)
     thread.start()
     try:
-        yield
+        yield lambda: _NOBODY
     finally:
         runner.stop()
         thread.join(timeout=2.0)
@@ -115,7 +117,7 @@ def _bus(settings: Settings) -> Bus:
 
 
 @contextlib.contextmanager
-def _own_camera(settings: Settings, newest: NewestFrame) -> Iterator[None]:
+def _own_camera(settings: Settings, newest: NewestFrame) -> Iterator[Callable[[], str]]:
     node = build_camera(settings)
 
     def deliver(name: str, data: bytes) -> None:
@@ -129,7 +131,7 @@ def _own_camera(settings: Settings, newest: NewestFrame) -> Iterator[None]:
     for name, port in ports.items():
         port.open(lambda data, name=name: deliver(name, data))  # type: ignore[misc]
     try:
-        yield
+        yield lambda: "; ".join(node.complaints(time.time_ns())) or "it is open, and silent"
     finally:
         for port in ports.values():
             port.close()

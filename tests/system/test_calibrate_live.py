@@ -69,6 +69,14 @@ def test_frames_on_the_bus_become_a_calibration(camera, tmp_path, capsys) -> Non
     assert "enough" in capsys.readouterr().out
 
 
+def test_a_camera_that_cannot_be_opened_here_is_named(tmp_path, capsys, monkeypatch) -> None:
+    monkeypatch.setattr("station.calibrate.live.SILENT_S", 1.0)
+    own = ["--set", "camera.source=device", "--set", "camera.live.device=/dev/video99"]
+    assert main(words(tmp_path / "out", *own)) == 2
+    said = capsys.readouterr().err
+    assert "no frame within 1 s: /dev/video99 cannot be opened" in said
+
+
 def test_without_a_camera_one_line_says_what_to_do(tmp_path, capsys, monkeypatch) -> None:
     monkeypatch.setattr("station.calibrate.live.SILENT_S", 0.5)
     assert main(words(tmp_path / "out")) == 2
