@@ -86,10 +86,12 @@ class Gathering:
     def _judge(self) -> None:
         """Ask the judge of calibrations what would still be wrong; solving takes long, so not at every view."""
         chosen, coverage = choose_views(self._kept), self.coverage()
-        complaints = list(complaints_before(self._pictures, max(len(self._kept), LEAST_VIEWS), chosen, coverage))
+        complaints: list[str] = []
+        if len(chosen.used) >= LEAST_VIEWS:
+            complaints += complaints_before(self._pictures, len(self._kept), chosen, coverage)
         if len(chosen.used) < ENOUGH_VIEWS:
             complaints.append(
-                f"{len(chosen.used)} of {ENOUGH_VIEWS} views; hold the board elsewhere, nearer, farther, tilted"
+                f"{len(chosen.used)} of {ENOUGH_VIEWS} views; hold the board elsewhere, near, far, tilted"
             )
         if complaints:
             self._missing = complaints[0]

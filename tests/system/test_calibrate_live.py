@@ -31,7 +31,7 @@ class Camera(threading.Thread):
     def run(self) -> None:
         bus = Bus(Settings().vehicle, BusSettings(connect=(ENDPOINT,)))
         sequence = 0
-        pictures = [picture for _, picture in spiral_pictures(Settings(), 60)]
+        pictures = [picture for _, picture in spiral_pictures(Settings())]
         while not self.ended.is_set():
             picture = pictures[sequence // 6 % len(pictures)]
             height, width = picture.shape

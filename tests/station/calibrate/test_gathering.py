@@ -13,7 +13,7 @@ from station.calibrate.gathering import ENOUGH_VIEWS, Gathering
 from station.calibrate.judge import complaints_after
 from station.calibrate.looking import InputError, look_live
 from station.calibrate.solve import solve
-from station.calibrate.spiral import BOARD, spiral_pictures
+from station.calibrate.spiral import BOARD, PICTURES, spiral_pictures
 from station.calibrate.views import View, choose_views
 
 
@@ -61,7 +61,7 @@ def test_it_says_what_is_missing():
     assert not gathering.enough
 
 
-def held_still(count: int):
+def held_still(count: int = PICTURES):
     """The simulated flight, three pictures of each place, with a blurred one and one without a board between."""
     for name, picture in spiral_pictures(Settings(), count):
         yield name, picture
@@ -72,9 +72,9 @@ def held_still(count: int):
 
 def test_live_pictures_are_looked_at_until_there_are_enough(tmp_path, capsys):
     file = tmp_path / "coverage.png"
-    found, pictures, size_px = look_live(BOARD, held_still(60), file)
+    found, pictures, size_px = look_live(BOARD, held_still(), file)
     assert size_px == SIZE
-    assert pictures < 240, "it went on although it had enough"
+    assert pictures < 4 * PICTURES, "it went on although it had enough"
     assert cv2.imread(str(file)).shape == (480, 640, 3)
     said = capsys.readouterr().out
     assert said.rstrip().endswith("enough")
