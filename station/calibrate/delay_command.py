@@ -4,13 +4,12 @@ import argparse
 import sys
 from pathlib import Path
 
+from schemas.settings import Settings
 from station.biases.extrinsic_model import BelievedCamera
 from station.delays.delay_fit import MAX_SIGMA_S, Delay, DelayError, Motion, check_agreement, fit_delay
-from station.delays.recorded_motion import read_motion
+from station.delays.recorded_motion import flown_settings, read_motion
 from station.flight_record import read_flight
 from station.mcap_parts import FlightRecordError
-
-SETTING = "geolocator.lookup.image_latency_s"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Fit and print; 0 if the delay was found, 1 if the flights do not show it."""
     try:
-        motions, camera = _read(arguments.recordings)
+        motions, camera, settings = _read(arguments.recordings)
         each = [_alone(path, motion, camera) for path, motion in zip(arguments.recordings, motions, strict=True)]
         check_agreement([one for one in each if one is not None])
         together = fit_delay(motions, camera)
@@ -35,23 +34,35 @@ def run(arguments: argparse.Namespace) -> int:
     print(
         f"\nthe pictures are {1e3 * together.delay_s:.1f} ms older than their stamps (one sigma {1e3 * together.sigma_s:.1f} ms)"
     )
-    print(
-        f"\n[geolocator.lookup]\nimage_latency_s = {together.delay_s:.4f}\n\nor --set {SETTING}={together.delay_s:.4f}"
-    )
+    section, key, value = setting_for(settings, together.delay_s)
+    print(f"\n[{section}]\n{key} = {value:.4f}\n\nor --set {section}.{key}={value:.4f}")
     return 0
 
 
-def _read(paths: list[Path]) -> tuple[list[Motion], BelievedCamera]:
-    read = []
+def setting_for(settings: Settings, delay_s: float) -> tuple[str, str, float]:
+    """Which setting undoes the delay: section, key and value.
+
+    A live camera's stamps are put right where they are made; what was subtracted there already is still to be subtracted. For
+    any other source the geolocator looks earlier, whatever it did in the recorded flights: the fit rests on the stamps alone.
+    """
+    if settings.camera.source in ("device", "stream"):
+        return "camera.live", "delay_s", settings.camera.live.delay_s + delay_s
+    return "geolocator.lookup", "image_latency_s", delay_s
+
+
+def _read(paths: list[Path]) -> tuple[list[Motion], BelievedCamera, Settings]:
+    read, settings = [], []
     for path in paths:
+        record = read_flight(path)
         try:
-            read.append(read_motion(read_flight(path)))
+            read.append(read_motion(record))
+            settings.append(flown_settings(record))
         except DelayError as error:
             raise DelayError(f"{path}: {error}") from None
     cameras = {camera for _, camera in read}
-    if len(cameras) > 1:
-        raise DelayError("the recordings are of different cameras or mounts: give those of one")
-    return [motion for motion, _ in read], read[0][1]
+    if len(cameras) > 1 or len({one.camera.live.delay_s for one in settings}) > 1:
+        raise DelayError("the recordings are of different cameras, mounts or camera.live.delay_s: give those of one")
+    return [motion for motion, _ in read], read[0][1], settings[0]
 
 
 def _alone(path: Path, motion: Motion, camera: BelievedCamera) -> Delay | None:

@@ -27,16 +27,25 @@ LEAST_HEIGHT_M = 2.0
 """Nearer than this an error of the pad's place moves it in the picture as a delay would."""
 
 
+def flown_settings(record: FlightRecord) -> Settings:
+    """The settings of a recorded flight.
+
+    Raises:
+        DelayError: If they are of another version.
+    """
+    try:
+        return Settings.model_validate(record.provenance.settings)
+    except ValidationError as error:
+        raise DelayError(f"the recording's settings are of another version ({error.error_count()} keys)") from None
+
+
 def read_motion(record: FlightRecord) -> tuple[Motion, BelievedCamera]:
     """Take the pad's motion and the vehicle's out of a recording.
 
     Raises:
         DelayError: In one line, if something that is needed is not in the recording.
     """
-    try:
-        settings = Settings.model_validate(record.provenance.settings)
-    except ValidationError as error:
-        raise DelayError(f"the recording's settings are of another version ({error.error_count()} keys)") from None
+    settings = flown_settings(record)
     states, calibrations = record.messages(topics.VEHICLE_STATE), record.messages(topics.CALIBRATION)
     fixes = [fix for fix in record.messages(topics.PAD_FIX) if fix.raw is not None]
     if not states or not calibrations or not fixes:
