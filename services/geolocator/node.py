@@ -16,6 +16,7 @@ from schemas.vehicle import GimbalState, VehicleState
 from services.geolocator.camera_mount import CameraMount
 from services.geolocator.geolocation import geolocate
 from services.geolocator.installation import as_installed
+from services.geolocator.pad_heading import PadHeading
 from services.geolocator.pad_sight import pad_in
 from services.geolocator.pose_history import PoseHistory
 from services.geolocator.refusal import FixRefusedError
@@ -38,6 +39,7 @@ class Geolocator(Node):
         self._settings = settings.geolocator
         self._poses = PoseHistory(self._settings.lookup, self._settings.uncertainty)
         self._mount = CameraMount(self._settings.mount, self._settings.lookup)
+        self._heading = PadHeading(self._settings.heading, self._settings.uncertainty.yaw_deg)
         self._calibration: CameraCalibration | None = None
         self._newest_capture_ns = -1
         self._counters: Counter[str] = Counter()
@@ -50,12 +52,13 @@ class Geolocator(Node):
 
     def counters(self) -> Mapping[str, int]:
         """Fixes by verdict, and vehicle and gimbal states that were nonsense."""
-        return dict(self._counters)
+        refused = {"heading_refused": self._heading.refused} if self._heading.refused else {}
+        return {**self._counters, **refused}
 
     def complaints(self, now_ns: int) -> tuple[str, ...]:  # noqa: ARG002
         """Says so if detections of the pad keep being refused."""
         if self._refused_in_a_row < _COMPLAIN_AFTER:
-            return ()
+            return self._heading.complaints()
         return (f"the last {self._refused_in_a_row} detections gave no fix: {self._last_refusal}",)
 
     def _on_calibration(self, arrival: Arrival[CameraCalibration]) -> Outputs:
@@ -75,7 +78,7 @@ class Geolocator(Node):
     def _on_detection(self, arrival: Arrival[Detection]) -> Outputs:
         detection = arrival.message
         try:
-            fix = self._located(detection, arrival.now_ns)
+            fix = self._heading.aided(self._located(detection, arrival.now_ns))
         except FixRefusedError as refusal:
             fix = _refused(detection, refusal.verdict, refusal.detail, arrival.now_ns)
         except (ValueError, ArithmeticError) as error:
