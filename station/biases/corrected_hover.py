@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from schemas.settings.geolocator import Correction
+from schemas.settings.geolocator import Correction, SurveyedHeading
 from station.biases.extrinsic_model import rotation_matrices
 from station.biases.recorded_hover import RecordedHover, settled, static_record
 from station.biases.sightings import Array
@@ -12,15 +12,22 @@ from station.experiment.refilter import relocated_fixes
 from station.report.figures.static_records import StaticRecord
 
 
-def corrected_hover(hover: RecordedHover, correction: Correction, pad_down_m: float = 0.0) -> StaticRecord:
+def corrected_hover(
+    hover: RecordedHover,
+    correction: Correction,
+    pad_down_m: float = 0.0,
+    heading: SurveyedHeading = SurveyedHeading(),  # noqa: B008 - it is frozen
+) -> StaticRecord:
     """The recorded detections through the geolocator with a correction.
 
     Args:
         hover: The hover.
         correction: What the geolocator shall apply.
         pad_down_m: How much lower than surveyed the pad is known to lie: taken off, since the reference counts from the survey.
+        heading: How the pad is turned, if the geolocator shall take the heading from it.
     """
-    geolocator = hover.settings.geolocator.model_copy(update={"correction": correction, "correction_file": ""})
+    changed = {"correction": correction, "correction_file": "", "heading": heading}
+    geolocator = hover.settings.geolocator.model_copy(update=changed)
     settings = hover.settings.model_copy(update={"geolocator": geolocator})
     fixes = [logged.message for logged in relocated_fixes(hover.record, settings, "capture")]
     record = static_record(settled(fixes, hover.epoch_ns)[: hover.most], "corrected", hover.reference, hover.epoch_ns)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from schemas.settings.geolocator import Correction, Extrinsic
 from station.biases.cylindrical_fit import FitError
@@ -20,11 +21,36 @@ MISTAKEN = 0.7
 MOST_STEPS = 40
 LEAST_BLOCKS = 10
 BLOCK_S = 5.0
+"""Neighbouring frames share the attitude's error; over more than this they hardly do."""
 
 _PRIOR = np.array([parameter.prior_sigma for parameter in PARAMETERS])
 _NOMINAL = np.array([parameter.nominal for parameter in PARAMETERS])
 _LEAST_FRAMES = 20
 _CONVERGED = 1e-6
+_COUNT = len(NAMES)
+
+
+@dataclass(frozen=True)
+class AttitudeErrors:
+    """How far the attitude of a recording may be off all the time: an error of its own for each recording, found with the rest.
+
+    A compass that is off by the same angle in every recording is not told apart from a turned mount; one that differs is.
+    """
+
+    tilt_sigma_deg: float
+    """About north and about east, a priori."""
+    heading_sigma_deg: float
+    """About down, a priori."""
+
+    def prior_sigma_rad(self) -> Array:
+        """(3,)."""
+        return np.radians([self.tilt_sigma_deg, self.tilt_sigma_deg, self.heading_sigma_deg])
+
+
+AUTOPILOT = AttitudeErrors(tilt_sigma_deg=0.2, heading_sigma_deg=1.0)
+"""An autopilot with a compass."""
+REFERENCE = AttitudeErrors(tilt_sigma_deg=0.0, heading_sigma_deg=0.0)
+"""Motion capture, or the truth of a simulation."""
 
 
 @dataclass(frozen=True)
@@ -33,12 +59,14 @@ class ExtrinsicFit:
 
     values: Array
     covariance: Array
-    """(P, P); sandwich estimate over recordings, so that errors which last through one (a compass, say) are counted once."""
+    """(P, P); from ten recordings on a sandwich estimate over them, so that what lasts through one (a compass, say) is counted once."""
     rms_before_px: float
     """Of the corners, everything being built as believed."""
     rms_px: float
     """After the fit."""
     frames: int
+    heading_error_deg: Array
+    """Of each recording, (K,), as far as it is told apart from a turned mount; zeros where the attitude is a reference."""
 
     @property
     def sigmas(self) -> Array:
@@ -78,16 +106,22 @@ class ExtrinsicFit:
 _CORRECTED = frozenset(Extrinsic.model_fields)
 
 
-def fit_extrinsic(sightings: Sequence[Sightings], camera: BelievedCamera, pad_azimuth_deg: float = 0.0) -> ExtrinsicFit:
-    """Fit all parameters, each with its prior.
+def fit_extrinsic(
+    sightings: Sequence[Sightings],
+    camera: BelievedCamera,
+    pad_azimuth_deg: float = 0.0,
+    attitude_errors: AttitudeErrors = AUTOPILOT,
+) -> ExtrinsicFit:
+    """Fit all parameters, each with its prior, and an attitude error of each recording with its own.
 
     The noise of neighbouring frames is much the same (attitude, compass), which least squares does not know. So it is done twice:
-    the second time the corners count as much less as the scatter from recording to recording says that they should.
+    the second time the corners count as much less as the scatter from block to block says that they should.
 
     Args:
         sightings: One element a recording.
         camera: As believed.
         pad_azimuth_deg: Roughly; from the fixes.
+        attitude_errors: Whose attitude it is.
 
     Raises:
         FitError: If too few frames show the pad, or the fit does not converge.
@@ -96,53 +130,79 @@ def fit_extrinsic(sightings: Sequence[Sightings], camera: BelievedCamera, pad_az
     frames = sum(len(one) for one in used)
     if frames < _LEAST_FRAMES:
         raise FitError(f"{frames} frames show the pad: at least {_LEAST_FRAMES} are needed")
-    start = _NOMINAL.copy()
-    start[NAMES.index("pad_azimuth_deg")] = pad_azimuth_deg
-    problem = _Problem(used, camera, start)
-    before = problem.residuals(start)
-    values = problem.solved(start, inflation=1.0)
-    inflation = problem.inflation(values)
-    values = problem.solved(values, inflation)
+    problem = _Problem(used, camera, pad_azimuth_deg, attitude_errors)
+    before = problem.residuals(problem.start)
+    state = problem.solved(problem.start, inflation=1.0)
+    inflation = problem.inflation(state)
+    state = problem.solved(state, inflation)
     return ExtrinsicFit(
-        values, problem.covariance(values, inflation), _rms(before), _rms(problem.residuals(values)), frames
+        state[:_COUNT],
+        problem.covariance(state, inflation),
+        _rms(before),
+        _rms(problem.residuals(state)),
+        frames,
+        np.degrees(problem.turns(state)[:, 2]),
     )
 
 
 class _Problem:
-    """Residuals, their derivatives, and the steps. Inside, parameters are in units of their prior sigmas."""
+    """Residuals, their derivatives, and the steps.
 
-    def __init__(self, sightings: Sequence[Sightings], camera: BelievedCamera, centre: Array) -> None:
-        self._sightings, self._camera, self._centre = sightings, camera, centre
+    The state is the parameters in their units, then for each recording its attitude error about north, east and down, rad.
+    Inside, all are in units of their prior sigmas.
+    """
+
+    def __init__(
+        self, sightings: Sequence[Sightings], camera: BelievedCamera, pad_azimuth_deg: float, errors: AttitudeErrors
+    ) -> None:
+        self._sightings, self._camera = sightings, camera
+        free = bool(errors.prior_sigma_rad().any())
+        own = np.tile(errors.prior_sigma_rad(), len(sightings)) if free else np.zeros(0)
+        self._prior = np.concatenate([_PRIOR, own])
+        self.start: Array = np.concatenate([_NOMINAL, np.zeros(len(own))])
+        self.start[NAMES.index("pad_azimuth_deg")] = pad_azimuth_deg
+        sizes = [one.corners_px.size for one in sightings]
+        self._rows = [slice(end - size, end) for size, end in zip(sizes, np.cumsum(sizes), strict=True)]
+        self._recordings = np.repeat(np.arange(len(sightings)), sizes)
         self._blocks = _blocks(sightings)
 
-    def residuals(self, values: Array) -> Array:
+    def turns(self, state: Array) -> Array:
+        """The recordings' attitude errors, (K, 3), rad."""
+        own = state[_COUNT:]
+        return own.reshape(-1, 3) if len(own) else np.zeros((len(self._sightings), 3))
+
+    def residuals(self, state: Array) -> Array:
         """Seen minus predicted, (R,), pixels.
 
         Raises:
             FitError: If a corner would be behind the camera.
         """
-        parts = [(one.corners_px - predicted_px(values, one, self._camera)).ravel() for one in self._sightings]
-        together = np.concatenate(parts)
+        together = np.concatenate([self._of(number, state) for number in range(len(self._sightings))])
         if not np.isfinite(together).all():
             raise FitError("the reference puts the pad behind the camera: check the mount and the pad's place")
         return together
 
-    def solved(self, values: Array, inflation: float) -> Array:
+    def _of(self, number: int, state: Array) -> Array:
+        """Residuals of one recording."""
+        one = self._sightings[number]
+        predicted = predicted_px(state[:_COUNT], one, self._camera, self.turns(state)[number])
+        return np.asarray((one.corners_px - predicted).ravel(), float)
+
+    def solved(self, state: Array, inflation: float) -> Array:
         """Levenberg-Marquardt with Huber weights and the priors, from a start.
 
         Raises:
             FitError: If it does not converge.
         """
         damping = 1e-3
-        cost = self._cost(values, inflation, _scale(self.residuals(values)))
         for _ in range(MOST_STEPS):
-            r, J = self.residuals(values), self._jacobian(values)
+            r, J = self.residuals(state), self._jacobian(state)
             scale = _scale(r)
-            H, gradient = self._normal(values, r, J, scale, inflation)
-            cost = self._cost(values, inflation, scale)
+            H, gradient = self._normal(state, r, J, scale, inflation)
+            cost = self._cost(state, inflation, scale)
             for _ in range(12):
                 step = np.linalg.solve(H + damping * np.diag(np.diag(H)), gradient)
-                tried = values + step * _PRIOR
+                tried = state + step * self._prior
                 try:
                     better = self._cost(tried, inflation, scale) <= cost
                 except FitError:
@@ -151,63 +211,76 @@ class _Problem:
                     break
                 damping *= 5.0
             else:
-                return values
-            values, damping = tried, max(damping / 5.0, 1e-9)
+                return state
+            state, damping = tried, max(damping / 5.0, 1e-9)
             if np.abs(step).max() < _CONVERGED:
-                return values
+                return state
         raise FitError(f"no convergence in {MOST_STEPS} steps: do the reference and the corners belong together?")
 
-    def inflation(self, values: Array) -> float:
+    def inflation(self, state: Array) -> float:
         """How many times the variance of the scores is what independent corners would give; at least 1."""
-        r, J = self.residuals(values), self._jacobian(values)
+        r, J = self.residuals(state), self._jacobian(state)
         w = _weights(r, _scale(r))
         H = J.T @ (w[:, None] * J) / _scale(r) ** 2
-        ratio = np.linalg.lstsq(H, self._meat(r, J, w, _scale(r)), rcond=1e-9)[0]
-        return max(1.0, float(np.trace(ratio)) / len(NAMES))
+        ratio = np.linalg.lstsq(H, _meat(r, J, w, _scale(r), self._blocks), rcond=1e-9)[0]
+        return max(1.0, float(np.trace(ratio)) / len(H))
 
-    def covariance(self, values: Array, inflation: float) -> Array:
-        """Of the values, in their units: the inverse of the information around what the scores of data and priors scatter by."""
-        r, J = self.residuals(values), self._jacobian(values)
+    def covariance(self, state: Array, inflation: float) -> Array:
+        """Of the parameters, (P, P), in their units, whatever the recordings' attitude errors are.
+
+        From ten recordings on: the inverse of the information around what the scores of recordings and priors scatter by. Of fewer, the
+        scatter says nothing, and the information alone decides.
+        """
+        r, J = self.residuals(state), self._jacobian(state)
         scale = _scale(r)
         w = _weights(r, scale)
-        H, _ = self._normal(values, r, J, scale, inflation)
-        middle = self._meat(r, J, w, scale) / inflation**2 + np.eye(len(NAMES))
-        inverse = np.linalg.inv(H)
-        return np.asarray(inverse @ middle @ inverse * np.outer(_PRIOR, _PRIOR), float)
+        H, _ = self._normal(state, r, J, scale, inflation)
+        shared, own = H[:_COUNT, :_COUNT], H[_COUNT:, _COUNT:]
+        across = H[:_COUNT, _COUNT:]
+        inverse = np.linalg.inv(shared - across @ np.linalg.solve(own, across.T)) if len(own) else np.linalg.inv(shared)
+        units = np.outer(_PRIOR, _PRIOR)
+        if len(self._sightings) < LEAST_BLOCKS:
+            return np.asarray(inverse * units, float)
+        # With the attitude errors at their best, the derivative of the cost by the parameters is that with these errors held.
+        middle = _meat(r, J[:, :_COUNT], w, scale, self._recordings) / inflation**2 + np.eye(_COUNT)
+        return np.asarray(inverse @ middle @ inverse * units, float)
 
-    def _normal(self, values: Array, r: Array, J: Array, scale: float, inflation: float) -> tuple[Array, Array]:
+    def _normal(self, state: Array, r: Array, J: Array, scale: float, inflation: float) -> tuple[Array, Array]:
         weights = _weights(r, scale) / (scale**2 * inflation)
-        H = J.T @ (weights[:, None] * J) + np.eye(len(NAMES))
-        return H, J.T @ (weights * r) - (values - self._centre) / _PRIOR
+        H = J.T @ (weights[:, None] * J) + np.eye(len(state))
+        return H, J.T @ (weights * r) - (state - self.start) / self._prior
 
-    def _cost(self, values: Array, inflation: float, scale: float) -> float:
-        size = np.abs(self.residuals(values)) / scale
+    def _cost(self, state: Array, inflation: float, scale: float) -> float:
+        size = np.abs(self.residuals(state)) / scale
         huber = np.where(size <= HUBER, 0.5 * size**2, HUBER * (size - 0.5 * HUBER))
-        return float(huber.sum() / inflation + 0.5 * np.sum(((values - self._centre) / _PRIOR) ** 2))
+        return float(huber.sum() / inflation + 0.5 * np.sum(((state - self.start) / self._prior) ** 2))
 
-    def _jacobian(self, values: Array) -> Array:
-        """Of the prediction by each parameter in prior sigmas, (R, P), by central differences."""
-        columns = []
-        for index, sigma in enumerate(_PRIOR):
-            step = np.zeros(len(NAMES))
+    def _jacobian(self, state: Array) -> Array:
+        """Of the prediction by each unknown in prior sigmas, (R, P + 3 K), by central differences."""
+        J = np.zeros((len(self._recordings), len(state)))
+        for index, sigma in enumerate(self._prior):
+            step = np.zeros(len(state))
             step[index] = 1e-4 * sigma
-            columns.append((self.residuals(values - step) - self.residuals(values + step)) / 2e-4)
-        return np.stack(columns, axis=1)
-
-    def _meat(self, r: Array, J: Array, w: Array, scale: float) -> Array:
-        """Scatter of the scores over blocks of data that know nothing of each other, (P, P)."""
-        scores = J * (w * r / scale**2)[:, None]
-        sums = np.stack([scores[self._blocks == block].sum(axis=0) for block in np.unique(self._blocks)])
-        count = len(sums)
-        return np.asarray(sums.T @ sums * count / max(count - 1, 1), float)
+            concerned = range(len(self._rows)) if index < _COUNT else [(index - _COUNT) // 3]
+            for number in concerned:
+                change = self._of(number, state - step) - self._of(number, state + step)
+                J[self._rows[number], index] = change / 2e-4
+        return J
 
 
-def _blocks(sightings: Sequence[Sightings]) -> Array:
-    """The block of each residual, (R,): a recording each, or where those are few, some seconds of one."""
+def _meat(r: Array, J: Array, w: Array, scale: float, blocks: NDArray[np.int64]) -> Array:
+    """Scatter of the scores over blocks of data that know nothing of each other, (P, P)."""
+    scores = J * (w * r / scale**2)[:, None]
+    sums = np.stack([np.bincount(blocks, column) for column in scores.T], axis=1)
+    count = len(np.unique(blocks))
+    return np.asarray(sums.T @ sums * count / max(count - 1, 1), float)
+
+
+def _blocks(sightings: Sequence[Sightings]) -> NDArray[np.int64]:
+    """The block of each residual, (R,): some seconds of a recording each."""
     blocks, first = [], 0
     for one in sightings:
-        since_s = one.captured_s - one.captured_s[0]
-        within = np.zeros(len(one), int) if len(sightings) >= LEAST_BLOCKS else (since_s // BLOCK_S).astype(int)
+        within = ((one.captured_s - one.captured_s[0]) // BLOCK_S).astype(int)
         blocks.append(np.repeat(first + within, one.corners_px[0].size))
         first += int(within.max()) + 1
     return np.concatenate(blocks)

@@ -51,17 +51,23 @@ class BelievedCamera:
     camera_in_body_m: Vector3
 
 
-def predicted_px(values: Array, sightings: Sightings, camera: BelievedCamera) -> Array:
+NO_TURN: Array = np.zeros(3)
+
+
+def predicted_px(
+    values: Array, sightings: Sightings, camera: BelievedCamera, attitude_error_rad: Array = NO_TURN
+) -> Array:
     """Where the corners should be seen, (N, C, 2), distorted pixels; NaN behind the camera.
 
     Args:
         values: Of `PARAMETERS`, in their order and units.
         sightings: Whose frames.
         camera: As believed.
+        attitude_error_rad: By how much the attitude is turned too far about north, east and down, (3,): small.
     """
     roll, pitch, yaw, forward_m, right_m, down_m, focal, size, pad_down_m, latency_s, azimuth = values
     at_s = sightings.captured_s - latency_s
-    R_ned_body = rotation_matrices(sightings.attitude.at(at_s))
+    R_ned_body = _small_turn(-attitude_error_rad) @ rotation_matrices(sightings.attitude.at(at_s))
     R_mount = R_z(math.radians(yaw)) @ R_y(math.radians(pitch)) @ R_x(math.radians(roll))
     R_bc = R_mount @ R_body_camera(camera.q_body_gimbal)
     lever_m = np.add(camera.camera_in_body_m, (forward_m, right_m, down_m))
@@ -73,6 +79,13 @@ def predicted_px(values: Array, sightings: Sightings, camera: BelievedCamera) ->
     corners_camera_m = (corners_ned_m @ R_ned_body - lever_m) @ R_bc
     lens = dataclasses.replace(camera.lens, fx_px=camera.lens.fx_px * focal, fy_px=camera.lens.fy_px * focal)
     return lens.project(corners_camera_m.reshape(-1, 3)).reshape(sightings.corners_px.shape)
+
+
+def _small_turn(turn_rad: Array) -> Array:
+    """Rotation by a small vector, (3, 3), to second order."""
+    x, y, z = turn_rad
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(np.eye(3) + cross + 0.5 * cross @ cross, float)
 
 
 def rotation_matrices(q: Array) -> Array:

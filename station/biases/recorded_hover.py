@@ -18,7 +18,7 @@ from schemas.message import GlobalPosition
 from schemas.settings import Settings
 from services.geolocator.camera_mount import CameraMount
 from station.biases.cylindrical_fit import FitError
-from station.biases.extrinsic_model import BelievedCamera
+from station.biases.extrinsic_model import BelievedCamera, rotation_matrices
 from station.biases.sightings import Array, Sightings, Track, unified
 from station.flight_record import FlightRecord
 from station.report.figures.static_records import StaticRecord
@@ -47,6 +47,16 @@ class RecordedHover:
     record: FlightRecord
     most: int | None
     """Fixes taken at most."""
+
+    @property
+    def heading_error_deg(self) -> float | None:
+        """By how much the autopilot's heading is too far clockwise, mean over the frames; None where the truth is not known."""
+        if self.true_attitude is None:
+            return None
+        at_s = self.sightings.captured_s
+        believed, true = (rotation_matrices(track.at(at_s)) for track in (self.sightings.attitude, self.true_attitude))
+        error = np.einsum("nij,nkj->nik", believed, true)
+        return float(np.degrees(np.mean(np.arctan2(error[:, 1, 0] - error[:, 0, 1], error[:, 0, 0] + error[:, 1, 1]))))
 
 
 def read_hover(record: FlightRecord, surveyed_pad: GlobalPosition | None, most: int | None = None) -> RecordedHover:

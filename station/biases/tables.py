@@ -92,15 +92,27 @@ def _head(study: Study) -> tuple[str, ...]:
 
 
 def _extrinsic(study: Study) -> Iterator[str]:
-    fit = study.extrinsic
-    yield f"Extrinsic: {fit.frames} frames, corners off by {fit.rms_before_px:.2f} px before and {fit.rms_px:.2f} px after"
+    fits = {"": study.extrinsic}
+    if study.by_autopilot is not None:
+        fits = {"reference's attitude": study.extrinsic, "autopilot's attitude": study.by_autopilot}
+    for name, fit in fits.items():
+        yield (
+            f"Extrinsic{name and f', {name}'}: {fit.frames} frames, corners off by {fit.rms_before_px:.2f} px before "
+            f"and {fit.rms_px:.2f} px after"
+        )
+    columns = ("value", "sigma") if study.by_autopilot is None else ("reference", "sigma", "autopilot", "sigma")
     rows = [
-        (name, f"{value:.4f}", f"{sigma:.4f}", f"{parameter.prior_sigma:g}")
-        for name, value, sigma, parameter in zip(NAMES, fit.values, fit.sigmas, PARAMETERS, strict=True)
+        (
+            name,
+            *(f"{number:.4f}" for fit in fits.values() for number in (fit.values[index], fit.sigmas[index])),
+            f"{PARAMETERS[index].prior_sigma:g}",
+        )
+        for index, name in enumerate(NAMES)
     ]
-    yield from _rows(("", "value", "sigma", "prior sigma"), rows)
-    for warning in fit.warnings():
-        yield f"warning: {warning}"
+    yield from _rows(("", *columns, "prior sigma"), rows)
+    for name, fit in fits.items():
+        for warning in fit.warnings():
+            yield f"warning{name and f', with the {name}'}: {warning}"
 
 
 def _rows(head: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:

@@ -6,12 +6,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from alight.runtime.settings_file import SettingsError
-from schemas.settings import Settings
 from station.biases.cylindrical_fit import FitError
-from station.biases.extrinsic_fit import ExtrinsicFit
 from station.biases.recorded_hover import RecordedHover, read_hover
-from station.biases.study import study_of
+from station.biases.study import Study, study_of
 from station.biases.tables import study_lines
 from station.experiment.generalisation import generalisation_lines, generalise
 from station.experiment.hover_flights import fly_hovers
@@ -52,7 +52,7 @@ def run(arguments: argparse.Namespace) -> int:
         hovers = _flown(paper_places(), arguments.samples, FIT_SEED, arguments)
         study = study_of(hovers)
         print("\n".join(study_lines(study)))
-        print("\n".join(["", *injected_lines(study.extrinsic, hovers[0].settings)]))
+        print("\n".join(["", *injected_lines(study)]))
         write_study(study, arguments.out)
         if arguments.generalise:
             places = other_places()
@@ -64,8 +64,9 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def injected_lines(fit: ExtrinsicFit, settings: Settings) -> list[str]:
-    """What was built wrongly beside what was found."""
+def injected_lines(study: Study) -> list[str]:
+    """What was built wrongly beside what was found, with the attitude of the reference and with the autopilot's."""
+    settings = study.hovers[0].settings
     wrong = settings.simulator.installation
     pairs = {
         "mount_roll_deg": wrong.mount_roll_deg,
@@ -76,12 +77,23 @@ def injected_lines(fit: ExtrinsicFit, settings: Settings) -> list[str]:
         "pad_down_m": -settings.simulator.pad.height_above_home_m,
         "image_latency_s": wrong.image_latency_s,
     }
+    fits = [fit for fit in (study.extrinsic, study.by_autopilot) if fit is not None]
+    heads = ("found", "off by") if len(fits) == 1 else ("reference", "off by", "autopilot", "off by")
+    lines = [f"{'injected and found':<20}{'injected':>10}" + "".join(f"{head:>11}" for head in heads)]
+    for name, value in pairs.items():
+        cells = [number for fit in fits for number in (fit.value(name), fit.value(name) - value)]
+        lines.append(f"{name:<20}{value:>10.4f}" + "".join(f"{cell:>11.4f}" for cell in cells))
+    return [*lines, *_compass_lines(study)]
+
+
+def _compass_lines(study: Study) -> list[str]:
+    """What a fit with the autopilot's attitude cannot know: by how much its headings were off in the mean."""
+    errors_deg = [error for hover in study.hovers if (error := hover.heading_error_deg) is not None]
+    if not errors_deg:
+        return []
     return [
-        f"{'injected and found':<20}{'injected':>10}{'found':>10}{'off by':>10}",
-        *(
-            f"{name:<20}{value:>10.4f}{fit.value(name):>10.4f}{fit.value(name) - value:>10.4f}"
-            for name, value in pairs.items()
-        ),
+        f"the autopilot's heading is off by {np.mean(errors_deg):+.3f} deg in the mean of the recordings, by {np.std(errors_deg):.2f} from one to",
+        "the next: level hovers show the sum of that mean and the mount's yaw, and nothing in them tells the two apart",
     ]
 
 

@@ -9,11 +9,16 @@ from station.biases.corrected_hover import with_true_attitude
 from station.biases.quality import Quality
 from station.biases.recorded_hover import RecordedHover
 from station.biases.sightings import Array
-from station.biases.study import VARIANTS, Study
+from station.biases.study import BY_AUTOPILOT, VARIANTS, Study
 from station.experiment.hover_plan import HoverPlace
 from station.report.figures.static_records import StaticRecord
 
 LIMIT_M, LIMIT_OF_RANGE = 0.02, 0.001
+_TABLES = {
+    "as flown, with the autopilot's attitude": "rmse_m",
+    "as flown, but with the heading by the pad's print (geolocator.heading), its azimuth as fitted": "by_pad_m",
+    "with the true attitude": "own_m",
+}
 
 
 @dataclass(frozen=True)
@@ -25,6 +30,8 @@ class Condition:
     """From the vehicle to the pad, mean."""
     rmse_m: dict[str, Array]
     """North, east, down by `raw` and variant."""
+    by_pad_m: dict[str, Array]
+    """The same with the heading by the pad's print, whose azimuth the fit found."""
     own_m: dict[str, Array]
     """The same with the autopilot's attitude error taken out: the correction's own."""
 
@@ -51,7 +58,10 @@ def generalise(study: Study, places: Sequence[HoverPlace], hovers: Sequence[Reco
 
 def _condition(study: Study, label: str, hovers: Sequence[RecordedHover]) -> Condition:
     records: dict[str, list[StaticRecord]] = {"raw": [hover.static for hover in hovers]}
-    records |= {variant: [study.relocated(hover, variant) for hover in hovers] for variant in VARIANTS}
+    variants = VARIANTS if study.by_autopilot is None else (*VARIANTS, BY_AUTOPILOT)
+    records |= {variant: [study.relocated(hover, variant) for hover in hovers] for variant in variants}
+    by_pad = {"raw": records["raw"]}
+    by_pad |= {name: [study.relocated(hover, name, heading_by_pad=True) for hover in hovers] for name in variants}
     own = {
         name: [with_true_attitude(hover, record) for hover, record in zip(hovers, of_name, strict=True)]
         for name, of_name in records.items()
@@ -60,16 +70,20 @@ def _condition(study: Study, label: str, hovers: Sequence[RecordedHover]) -> Con
         label,
         float(np.mean([np.linalg.norm(hover.static.true_ned_m) for hover in hovers])),
         {name: Quality.of(of_name).rmse_m for name, of_name in records.items()},
+        {name: Quality.of(of_name).rmse_m for name, of_name in by_pad.items()},
         {name: Quality.of(of_name).rmse_m for name, of_name in own.items()},
     )
 
 
 def generalisation_lines(conditions: Sequence[Condition]) -> Iterator[str]:
     """The table, for a terminal."""
-    names = ("raw", "mean", "extrinsic")
-    yield "Not in the fit: RMSE north / east / down, cm; cylindrical is the variant `mean`"
-    head = f"{'':<18}{'range':>7}" + "".join(f"{name:>22}" for name in ("raw", "cylindrical", "extrinsic"))
-    for title, kept in (("as flown, with the autopilot's attitude", "rmse_m"), ("with the true attitude", "own_m")):
+    columns = {"raw": "raw", "mean": "cylindrical", "extrinsic": "extrinsic", BY_AUTOPILOT: "by autopilot"}
+    names = [name for name in columns if all(name in one.rmse_m for one in conditions)]
+    yield "Not in the fit: RMSE north / east / down, cm; cylindrical is the variant `mean`; the verdict is of extrinsic"
+    if BY_AUTOPILOT in names:
+        yield "by autopilot: extrinsic, fitted without the reference's attitude"
+    head = f"{'':<18}{'range':>7}" + "".join(f"{columns[name]:>22}" for name in names)
+    for title, kept in _TABLES.items():
         yield f"\n{title}\n{head}   limit N, E"
         for one in conditions:
             table: dict[str, Array] = getattr(one, kept)
