@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from schemas.message import GlobalPosition, Matrix3, ShortText, Traced, Vector3
+from schemas.message import GlobalPosition, Matrix3, Nanoseconds, ShortText, Traced, Vector3
 
 
 class PadEstimate(Traced):
@@ -27,3 +27,7 @@ class PadEstimate(Traced):
     velocity_ned_mps: Vector3 | None = None
     """How the position moves in the vehicle's navigation solution (its drift, and the pad's own motion), north, east, down, m/s;
     None where the filter does not say."""
+    velocity_covariance_ned: Matrix3 | None = None
+    """Covariance of that velocity, north, east, down, (m/s)^2; None where the filter does not say."""
+    position_at_ns: Nanoseconds | None = None
+    """The time that `position` speaks of, UTC ns; None where it is the capture time."""

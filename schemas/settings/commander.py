@@ -47,6 +47,18 @@ class GateSettings(Section):
     """When the estimates held back agree with each other for this long, the pad is believed to be there, seconds."""
 
 
+class CarrySettings(Section):
+    """How the last estimate is carried on until the next one comes: see services/commander/carried_pad.py."""
+
+    max_drift_mps: float = Field(default=0.3, ge=0.0, le=20.0)
+    """A pad that is said to move faster than this in the navigation solution, or less surely (standard deviation), is not carried: its
+    place stays as it was told; horizontal or vertical, m/s. 0 carries nothing. With `filter.method` = `moving`: as fast as the pad may be."""
+    for_s: float = Field(default=2.5, ge=0.0, le=30.0)
+    """For how long after its capture an estimate is carried, seconds; then its place stands."""
+    unknown_drift_mps: float = Field(default=0.05, ge=0.0, le=20.0)
+    """How fast a place drifts of which that is not known, standard deviation, m/s: so much less certain it becomes with every second."""
+
+
 class GlideSettings(Section):
     """Guidance `glide`: OFFBOARD setpoints down a straight line."""
 
@@ -155,5 +167,6 @@ class CommanderSettings(Section):
     """How the camera's mount is turned against the body where no gimbal reports: roll, pitch, yaw, degrees; pitch -90 looks down."""
     link: LinkSettings = LinkSettings()
     gate: GateSettings = GateSettings()
+    carry: CarrySettings = CarrySettings()
     glide: GlideSettings = GlideSettings()
     reposition: RepositionSettings = RepositionSettings()

@@ -241,14 +241,14 @@ def estimate_lost(s: Situation) -> str | None:
 
 
 def low_over_pad(s: Situation) -> str | None:
-    """The switching height is reached; with `glide` by its own setpoints, inside the funnel."""
+    """The switching height is reached; with `glide` by its own setpoints, surely inside the funnel: from here on it goes down blind."""
     height_m, distance_m = s.height_above_pad_m, s.distance_to_pad_m
-    if height_m is None or distance_m is None or height_m > s.switching_height_m:
+    if height_m is None or distance_m is None or s.pad is None or height_m > s.switching_height_m:
         return None
-    if s.settings.guidance == "glide" and (
-        s.status.mode is not FlightMode.OFFBOARD or distance_m > funnel_radius_m(s.settings.glide, height_m)
-    ):
-        return None
+    if s.settings.guidance == "glide":
+        outside = distance_m + 2.0 * s.pad.sigma_m > funnel_radius_m(s.settings.glide, height_m)
+        if outside or s.status.mode is not FlightMode.OFFBOARD:
+            return None
     return f"{height_m:.2f} m above the pad, {distance_m:.2f} m beside its centre"
 
 

@@ -9,6 +9,7 @@ from alight.runtime.clock import nanoseconds
 from schemas.estimate import PadEstimate
 from schemas.settings.commander import GateSettings
 from schemas.vehicle import VehicleState
+from services.commander.horizontal_sigma import horizontal_sigma
 
 JUMP_PART_OF_HEIGHT = 0.1
 GAP_S = 2.5
@@ -59,7 +60,7 @@ class EstimateGate:
     def _judge(self, estimate: PadEstimate, vehicle: VehicleState | None) -> Verdict:
         if self.newest is not None and estimate.captured_at_ns <= self.newest.captured_at_ns:
             return Verdict.OLD
-        sigma_m = horizontal_sigma_m(estimate)
+        sigma_m = horizontal_sigma(estimate.covariance_ned_m2)
         if not sigma_m <= self._settings.max_sigma_m:
             return Verdict.TOO_UNCERTAIN
         if vehicle is None:
@@ -79,13 +80,6 @@ class EstimateGate:
         self._elsewhere = estimate
         agreed_ns = estimate.captured_at_ns - self._elsewhere_since_ns
         return Verdict.ACCEPTED if agreed_ns >= nanoseconds(self._settings.jump_believed_after_s) else Verdict.JUMP
-
-
-def horizontal_sigma_m(estimate: PadEstimate) -> float:
-    """Standard deviation along the major horizontal axis, metres; NaN for a matrix that is no covariance."""
-    nn, ne, _, _, ee = estimate.covariance_ned_m2[:5]
-    largest = (nn + ee) / 2 + math.hypot((nn - ee) / 2, ne)
-    return math.sqrt(largest) if nn >= 0.0 and ee >= 0.0 else math.nan
 
 
 def _apart_m(one: PadEstimate, other: PadEstimate) -> float:

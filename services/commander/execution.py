@@ -12,7 +12,6 @@ from schemas.settings.commander import CommanderSettings
 from schemas.vehicle import FlightMode, LandedState
 from services.commander import flight_commands as commands
 from services.commander.command_queue import Command, Outcome, Result
-from services.commander.estimate_gate import horizontal_sigma_m
 from services.commander.glide import Aim, Glide, freshness_of
 from services.commander.link import AutopilotLink
 from services.commander.mode_authority import ModeAuthority
@@ -230,8 +229,7 @@ class Execution:
         assert self._glide is not None
         if s.state is None or s.estimate is None or not (fresh or self.stream.is_due(s.now_ns)):
             return None
-        if fresh:
-            self._aim(s)
+        self._aim(s)
         freshness = freshness_of(s.estimate_age_s or 0.0, s.stale_after_s)
         flown = s.status.mode is FlightMode.OFFBOARD
         target = self._glide.advance(s.state, freshness, flown, s.now_ns)
@@ -241,21 +239,21 @@ class Execution:
         return _setpoint(SetpointKind.OFFBOARD, target.position, s, fresh, yaw=yaw, velocity=velocity)
 
     def _aim(self, s: Situation) -> None:
-        assert self._glide is not None and s.estimate is not None
-        azimuth_rad = s.estimate.azimuth_rad if self._settings.align_yaw else None
-        self._glide.aim(Aim(s.estimate.position, azimuth_rad, horizontal_sigma_m(s.estimate)))
+        assert self._glide is not None and s.pad is not None
+        azimuth_rad = s.pad.azimuth_rad if self._settings.align_yaw else None
+        self._glide.aim(Aim(s.pad.position, azimuth_rad, s.pad.sigma_m, s.pad.drift_ned_mps))
 
     def _step_down(self, s: Situation, fresh: bool) -> Setpoint | None:
         assert self._reposition is not None
         if not fresh or not self._reposition.is_due(s.now_ns) or self._link.is_waiting(commands.REPOSITION):
             return None
-        if s.state is None or s.estimate is None or s.height_above_pad_m is None:
+        if s.state is None or s.pad is None or s.height_above_pad_m is None:
             return None
         altitude_m = s.state.position.altitude_amsl_m
-        target = self._reposition.target(s.estimate.position, altitude_m, s.height_above_pad_m, s.now_ns)
+        target = self._reposition.target(s.pad.position, altitude_m, s.height_above_pad_m, s.now_ns)
         if target is None:
             return None
-        yaw_rad = s.estimate.azimuth_rad if self._settings.align_yaw else _yaw_of(s)
+        yaw_rad = s.pad.azimuth_rad if self._settings.align_yaw else _yaw_of(s)
         self._ask(FlightMode.HOLD, commands.reposition(target, yaw_rad), s)
         return _setpoint(SetpointKind.REPOSITION, target, s, fresh, yaw=yaw_rad)
 

@@ -48,6 +48,8 @@ class Aim:
     """The heading to turn to; None to keep the present one."""
     sigma_m: float
     """Horizontal standard deviation of the position, metres."""
+    drift_ned_mps: Vector3 = (0.0, 0.0, 0.0)
+    """How the position moves in the vehicle's navigation solution."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +98,7 @@ class Glide:
         self._yaw_rad = yaw_ned_rad
         self._yaw_wanted_rad = yaw_ned_rad
         self._pad: Vector3 | None = None
+        self._drift: Vector3 = (0.0, 0.0, 0.0)
         self._sigma_m = 0.0
         self._then_ns = now_ns
         self._closed_since_ns: int | None = None
@@ -105,6 +108,7 @@ class Glide:
         """Take a new estimate."""
         north, east, down = ned_between(self._origin, aim.position).tolist()
         self._pad = (north, east, down)
+        self._drift = aim.drift_ned_mps
         self._sigma_m = aim.sigma_m
         if aim.azimuth_rad is not None:
             self._yaw_wanted_rad = aim.azimuth_rad
@@ -164,7 +168,9 @@ class Glide:
         if self._touching_down:
             deepest_m = vehicle[2] + TOUCHDOWN_LEAD_M
             on_ground = self._place[2] > deepest_m
-            self._place = (*self._place[:2], min(self._place[2], deepest_m))
+            if on_ground:
+                # A place that drifts away from a vehicle that stands would lean it over.
+                self._place, self._velocity = (n, e, deepest_m), (0.0, 0.0, vd)
         if not on_ground:
             self._adjust_trim(vehicle, step_s)
 
@@ -212,12 +218,12 @@ class Glide:
         north, east = self._pad[0] - self._place[0], self._pad[1] - self._place[1]
         height_m = self._pad[2] - self._place[2]
         if self._touching_down:
-            return (*self._towards_axis(north, east, FINAL_MPS), self._settings.touchdown_mps)
+            return (*self._onto_axis(north, east), self._settings.touchdown_mps)
         is_open = self._is_open(vehicle, math.hypot(north, east), height_m, now_ns)
         if height_m > self._settings.vertical_below_m:
             return self._along_the_line(north, east, height_m, freshness) if is_open else (0.0, 0.0, 0.0)
         down_mps = descent_speed_mps(self._settings, height_m) * freshness if is_open else 0.0
-        return (*self._towards_axis(north, east, FINAL_MPS), down_mps)
+        return (*self._onto_axis(north, east), down_mps)
 
     def _along_the_line(self, north: float, east: float, height_m: float, freshness: float) -> Vector3:
         """Towards the end of the line, so that horizontal and vertical distance become nothing together while the estimate is fresh."""
@@ -227,6 +233,11 @@ class Glide:
         if slope * down_mps > self._settings.max_horizontal_mps:
             down_mps = self._settings.max_horizontal_mps / slope
         return (*self._towards_axis(north, east, slope * down_mps), down_mps * freshness)
+
+    def _onto_axis(self, north: float, east: float) -> tuple[float, float]:
+        """Towards the axis and along with it: without the pad's drift the setpoint would stay behind by drift / gain, for ever."""
+        to_north, to_east = self._towards_axis(north, east, FINAL_MPS)
+        return to_north + self._drift[0], to_east + self._drift[1]
 
     def _towards_axis(self, north: float, east: float, fastest_mps: float) -> tuple[float, float]:
         distance_m = math.hypot(north, east)

@@ -10,6 +10,7 @@ from schemas.mission import MissionReply, MissionRequest, MissionStatus, Phase, 
 from schemas.setpoint import Setpoint
 from schemas.settings.commander import CommanderSettings
 from schemas.vehicle import FlightMode, LandedState, VehicleState
+from services.commander.carried_pad import CarriedPad, believed_drift_sigma_mps, carried
 from services.commander.dialect import mavlink
 from services.commander.estimate_gate import EstimateGate, Verdict
 from services.commander.execution import Execution
@@ -54,6 +55,8 @@ class Mission:
     def take_estimate(self, estimate: PadEstimate, now_ns: int) -> Setpoint | None:
         """Take an estimate; a setpoint that follows from it goes out at once."""
         accepted = self.gate.offer(estimate, self._state) is Verdict.ACCEPTED
+        if estimate.velocity_ned_mps is not None and believed_drift_sigma_mps(estimate, self._settings.carry) is None:
+            self.gate.counts["drifts_not_believed"] += 1
         return self.step(now_ns, fresh=accepted)
 
     def take_request(self, request: MissionRequest, now_ns: int) -> MissionReply:
@@ -105,8 +108,8 @@ class Mission:
     def look(self, now_ns: int) -> Situation:
         """The situation as of now."""
         status = self._link.status(now_ns)
-        state, estimate = self._state, self.gate.newest
-        height_m, distance_m = _above_and_beside(state, estimate)
+        state, estimate, pad = self._state, self.gate.newest, self._pad(now_ns)
+        height_m, distance_m = _above_and_beside(state, pad)
         known = state is not None and status.landed_state is not LandedState.UNDEFINED
         on_ground = status.landed_state is LandedState.ON_GROUND
         phase_age_s = seconds(now_ns - (self.since_ns or now_ns))
@@ -121,6 +124,7 @@ class Mission:
             state=state,
             state_age_s=None if state is None else seconds(now_ns - state.at_ns),
             estimate=estimate,
+            pad=pad,
             estimate_age_s=None if estimate is None else seconds(now_ns - estimate.captured_at_ns),
             estimates_good_for_s=seconds(self.gate.good_for_ns()),
             height_above_pad_m=height_m,
@@ -146,7 +150,7 @@ class Mission:
 
     def status(self, at_ns: int) -> MissionStatus:
         """What is being done and why."""
-        height_m, distance_m = _above_and_beside(self._state, self.gate.newest)
+        height_m, distance_m = _above_and_beside(self._state, self._pad(at_ns))
         newest = self.gate.newest
         return MissionStatus(
             at_ns=at_ns,
@@ -195,6 +199,10 @@ class Mission:
         severity = mavlink.MAV_SEVERITY_WARNING if row.next in SERIOUS else mavlink.MAV_SEVERITY_INFO
         self._link.say(f"{row.next}: {row.code}", severity)
 
+    def _pad(self, now_ns: int) -> CarriedPad | None:
+        newest = self.gate.newest
+        return None if newest is None else carried(newest, self._settings.carry, now_ns)
+
     def _distance_to_start_m(self) -> float | None:
         start = self._hands.start
         if start is None or self._state is None:
@@ -203,9 +211,9 @@ class Mission:
         return float((n * n + e * e + d * d) ** 0.5)
 
 
-def _above_and_beside(state: VehicleState | None, estimate: PadEstimate | None) -> tuple[float | None, float | None]:
+def _above_and_beside(state: VehicleState | None, pad: CarriedPad | None) -> tuple[float | None, float | None]:
     """Height above the estimated pad and horizontal distance to it, metres."""
-    if state is None or estimate is None:
+    if state is None or pad is None:
         return None, None
-    north, east, down = ned_between(state.position, estimate.position).tolist()
+    north, east, down = ned_between(state.position, pad.position).tolist()
     return float(down), float((north * north + east * east) ** 0.5)

@@ -7,6 +7,7 @@ from schemas.estimate import PadEstimate
 from schemas.mission import Phase, Verb
 from schemas.settings.commander import CommanderSettings
 from schemas.vehicle import FlightMode, LandedState, VehicleState, VehicleStatus
+from services.commander.carried_pad import CarriedPad
 from services.commander.command_queue import Outcome
 
 
@@ -28,6 +29,8 @@ class Situation:
     """Now minus the autopilot's sample time, seconds."""
     estimate: PadEstimate | None
     """The newest estimate that passed the gate."""
+    pad: CarriedPad | None
+    """That estimate, carried on to now."""
     estimate_age_s: float | None
     """Now minus the capture time of that estimate, seconds."""
     estimates_good_for_s: float

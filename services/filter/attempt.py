@@ -25,6 +25,10 @@ class Filtered:
     azimuth_variance_rad2: float
     fixes_used: int
     velocity_ned_mps: Vector3 | None = None
+    velocity_covariance_ned: NDArray[np.float64] | None = None
+    """(3, 3), (m/s)^2."""
+    position_at_ns: int | None = None
+    """The time that `position` speaks of, UTC ns; None for the capture time."""
 
     def as_message(self) -> FilteredPad:
         """The form in which an estimate without authority travels."""

@@ -104,6 +104,8 @@ class KalmanFilter:
             azimuth_variance_rad2=azimuth_variance,
             fixes_used=track.fixes,
             velocity_ned_mps=_vector(track.drift_mps),
+            velocity_covariance_ned=track.drift_covariance,
+            position_at_ns=vehicle.at_ns,
         )
 
     def _judge(self, sighting: Sighting) -> Attempt:
@@ -153,6 +155,8 @@ class KalmanFilter:
             azimuth_variance_rad2=track.azimuth_variance_rad2,
             fixes_used=track.fixes,
             velocity_ned_mps=_vector(track.drift_mps),
+            velocity_covariance_ned=track.drift_covariance,
+            position_at_ns=now_ns,
         )
 
     def _start(self, sighting: Sighting) -> Attempt:

@@ -4,12 +4,16 @@ from collections import Counter, deque
 from collections.abc import Mapping
 from typing import ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from alight.runtime.clock import nanoseconds, seconds
 from alight.runtime.node import Arrival, Node, Outputs, Publication
 from schemas import topics
 from schemas.estimate import PadEstimate
 from schemas.fix import PadFix
 from schemas.fusion import Fusion, FusionAttempt, FusionVerdict
+from schemas.message import Matrix3
 from schemas.settings import Settings
 from schemas.settings.filter import FilterMethod
 from schemas.vehicle import VehicleState
@@ -87,6 +91,8 @@ class Filter(Node):
             method=self._settings.method,
             fixes_used=filtered.fixes_used,
             velocity_ned_mps=filtered.velocity_ned_mps,
+            velocity_covariance_ned=_rows(filtered.velocity_covariance_ned),
+            position_at_ns=filtered.position_at_ns,
         )
 
     def _written(self, fix: PadFix, active: Attempt, now_ns: int) -> Publication:
@@ -125,6 +131,10 @@ class Filter(Node):
 def pad_filter(settings: FilterMethod) -> PadFilter:
     """The filter of a method."""
     return KalmanFilter(settings) if settings.method in ("kalman", "moving") else WindowFilter(settings)
+
+
+def _rows(matrix: NDArray[np.float64] | None) -> Matrix3 | None:
+    return None if matrix is None else tuple(matrix.ravel().tolist())
 
 
 def _as_message(name: str, settings: FilterMethod, attempt: Attempt, *, with_estimate: bool) -> FusionAttempt:

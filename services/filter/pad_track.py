@@ -122,6 +122,11 @@ class PadTrack:
         return self._x[_DRIFT]
 
     @property
+    def drift_covariance(self) -> Array:
+        """(3, 3), (m/s)^2."""
+        return self._P[_DRIFT, _DRIFT]
+
+    @property
     def azimuth_rad(self) -> float:
         """In (-pi, pi]."""
         return self._azimuth_rad

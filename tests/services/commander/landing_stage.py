@@ -1,11 +1,11 @@
 """The stage for flights of the commander: a feeder that knows where the pad is, and a person who asks."""
 
 from alight.geometry.local import moved_by_ned, ned_between
-from alight.runtime.clock import nanoseconds
+from alight.runtime.clock import nanoseconds, seconds
 from alight.runtime.node import Arrival, Node, Publication
 from schemas import topics
 from schemas.estimate import PadEstimate
-from schemas.message import GlobalPosition
+from schemas.message import GlobalPosition, Vector3
 from schemas.mission import MissionReply, MissionRequest, MissionStatus, Phase, Verb
 from schemas.setpoint import Setpoint
 from schemas.vehicle import FlightMode, LandedState, VehicleState, VehicleStatus
@@ -26,6 +26,10 @@ class KnownPad(Node):
         self.azimuth_rad = azimuth_rad
         self.sigma_m = sigma_m
         self.blind = False
+        self.drift_mps: Vector3 = (0.0, 0.0, 0.0)
+        """How the pad moves in the vehicle's navigation solution."""
+        self.tells_drift = True
+        self._then_ns: int | None = None
         self.state: VehicleState | None = None
         self._seen_ns = 0
         self.subscribe(topics.VEHICLE_STATE, self._on_state)
@@ -36,6 +40,7 @@ class KnownPad(Node):
 
     def on_tick(self, now_ns: int) -> list[Publication]:
         state = self.state
+        self._drift(now_ns)
         if state is None or self.pad is None or self.blind or state.at_ns <= self._seen_ns:
             return []
         n, e, d = ned_between(state.position, self.pad).tolist()
@@ -52,8 +57,18 @@ class KnownPad(Node):
             azimuth_variance_rad2=0.001,
             method="known",
             fixes_used=1,
+            velocity_ned_mps=self.drift_mps if self.tells_drift else None,
+            velocity_covariance_ned=(1e-4, 0, 0, 0, 1e-4, 0, 0, 0, 1e-4),
+            position_at_ns=now_ns,
         )
         return [Publication(topics.PAD_ESTIMATE, estimate)]
+
+    def _drift(self, now_ns: int) -> None:
+        passed_s = seconds(now_ns - (self._then_ns or now_ns))
+        self._then_ns = now_ns
+        if self.pad is not None and any(self.drift_mps):
+            north, east, down = (speed * passed_s for speed in self.drift_mps)
+            self.pad = moved_by_ned(self.pad, (north, east, down))
 
 
 class Person(Node):

@@ -119,6 +119,37 @@ def test_blind_below_the_switching_height_it_goes_on_down(flight: SimulatedFligh
     assert flight.beside_m < 0.15
 
 
+def test_blind_it_lands_where_the_drift_has_taken_the_pads_coordinates(flight: SimulatedFlight) -> None:
+    """What a GNSS solution does in the two seconds and more between the last picture of the pad and the ground."""
+    flight.pad.drift_mps = (0.1, -0.1, 0.0)
+    flight.ask(Verb.LAND)
+    flight.until_phase(Phase.TOUCHDOWN)
+    flight.pad.blind = True
+    flight.until(lambda: flight.height_m < 0.25, 15.0)
+    assert flight.beside_m < 0.08
+
+
+def test_blind_and_told_no_drift_it_lands_where_the_pad_was(flight: SimulatedFlight) -> None:
+    flight.pad.drift_mps = (0.1, -0.1, 0.0)
+    flight.pad.tells_drift = False
+    flight.ask(Verb.LAND)
+    flight.until_phase(Phase.TOUCHDOWN)
+    flight.pad.blind = True
+    flight.until(lambda: flight.height_m < 0.25, 15.0)
+    assert flight.beside_m > 0.15
+
+
+def test_an_estimate_that_ages_does_not_let_it_go_down_blind(flight: SimulatedFlight) -> None:
+    """At the switching height the funnel is 0.2 m wide: a place of which nobody knows where it drifts does not fit in for long."""
+    flight.ask(Verb.LAND)
+    flight.pad.tells_drift = False
+    flight.until(lambda: flight.height_m < 2.0)
+    flight.pad.blind = True
+    flight.until_phase(Phase.HOLD, 5.0)
+    assert "touchdown:low_over_pad" not in flight.person.codes
+    assert flight.height_m > 0.7
+
+
 def test_a_landing_may_begin_below_the_switching_height() -> None:
     flight = SimulatedFlight(from_pad_m=(0.05, 0.0, -0.9))
     flight.ask(Verb.LAND)

@@ -10,6 +10,7 @@ from schemas.mission import MissionRequest, Phase, Verb
 from schemas.settings.commander import CommanderSettings
 from schemas.vehicle import FlightMode, LandedState, VehicleState, VehicleStatus
 from services.commander import flight_commands as commands
+from services.commander.carried_pad import CarriedPad
 from services.commander.command_queue import Outcome, Result
 from services.commander.requests import refusal
 from services.commander.situation import Situation
@@ -65,6 +66,7 @@ def situation(phase: Phase, *, status: dict[str, object] | None = None, **change
         "state": STATE,
         "state_age_s": 0.02,
         "estimate": ESTIMATE,
+        "pad": CarriedPad(HERE, azimuth_rad=0.0, sigma_m=0.01),
         "estimate_age_s": 0.1,
         "estimates_good_for_s": 0.2,
         "height_above_pad_m": 10.0,

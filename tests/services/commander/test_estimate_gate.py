@@ -7,7 +7,7 @@ from schemas.estimate import PadEstimate
 from schemas.message import GlobalPosition
 from schemas.settings.commander import GateSettings
 from schemas.vehicle import VehicleState
-from services.commander.estimate_gate import EstimateGate, Verdict, horizontal_sigma_m
+from services.commander.estimate_gate import EstimateGate, Verdict
 
 START = 1_767_225_600_000_000_000
 HERE = GlobalPosition(latitude_deg=47.0, longitude_deg=8.0, altitude_amsl_m=500.0, ellipsoidal_height_m=547.0)
@@ -89,8 +89,3 @@ def test_outliers_that_disagree_with_each_other_are_never_believed(gate: Estimat
     for i in range(60):
         side = 8.0 if i % 2 else -8.0
         assert gate.offer(estimate(0.1 + i / 10, (side, 2.0, 8.0)), VEHICLE) is Verdict.JUMP
-
-
-def test_the_standard_deviation_is_that_of_the_longer_axis() -> None:
-    stretched = estimate(0.0).model_copy(update={"covariance_ned_m2": (1.0, 0.9, 0, 0.9, 1.0, 0, 0, 0, 1.0)})
-    assert horizontal_sigma_m(stretched) == pytest.approx(1.9**0.5)

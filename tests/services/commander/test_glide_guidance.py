@@ -137,6 +137,27 @@ def test_touching_down_it_goes_down_whatever_comes_but_not_far_into_the_ground()
     assert path(targets)[-1][2] == pytest.approx(0.5, abs=0.02)
 
 
+def test_a_pad_that_drifts_is_kept_up_with_but_not_on_the_ground() -> None:
+    drift, now_s, place = (0.05, 0.0, 0.0), 0.0, ORIGIN
+    glide = Glide(SETTINGS, ORIGIN, 0.0, 0)
+    for _ in range(500):
+        now_s += STEP_S
+        pad = moved_by_ned(ORIGIN, (drift[0] * now_s, 0.0, 5.0))
+        glide.aim(Aim(pad, None, 0.01, drift))
+        place = glide.advance(vehicle_at(place), 1.0, True, nanoseconds(now_s)).position
+    assert ned_between(place, pad)[0] == pytest.approx(0.0, abs=0.01)
+    glide.touch_down()
+    standing = vehicle_at(place)
+    for _ in range(100):
+        now_s += STEP_S
+        target = glide.advance(standing, 1.0, True, nanoseconds(now_s))
+    before = target.position
+    for _ in range(100):
+        now_s += STEP_S
+        target = glide.advance(standing, 1.0, True, nanoseconds(now_s))
+    assert ned_between(before, target.position)[0] == pytest.approx(0.0, abs=1e-3)
+
+
 def test_the_heading_turns_the_short_way_at_its_rate() -> None:
     glide = Glide(SETTINGS, ORIGIN, math.radians(170), 0)
     glide.aim(Aim(moved_by_ned(ORIGIN, (0.0, 0.0, 10.0)), math.radians(-170), 0.01))

@@ -40,6 +40,9 @@ def test_pad_is_followed_in_a_solution_that_drifts():
     np.testing.assert_allclose(called(last), drift * 299 * RATE_S, atol=0.002)
     np.testing.assert_allclose(last.pad_ned_m, np.negative(HOVER), atol=0.002)
     np.testing.assert_allclose(last.velocity_ned_mps, drift, atol=0.002)
+    sigma_mps = np.sqrt(np.reshape(last.velocity_covariance_ned, (3, 3)).diagonal())
+    assert (sigma_mps < 0.015).all()
+    assert (np.abs(np.subtract(last.velocity_ned_mps, drift)) < 3 * sigma_mps).all()
 
 
 def test_position_is_that_of_the_newest_vehicle_state_and_the_vector_that_of_the_capture():
@@ -49,6 +52,7 @@ def test_position_is_that_of_the_newest_vehicle_state_and_the_vector_that_of_the
         tell(node, state(i * RATE_S + 0.08, np.add(HOVER, navigation + drift * 0.08)), 0.0)
         made, _ = tell(node, seen(i * RATE_S, HOVER, navigation_m=navigation), 0.081)
     np.testing.assert_allclose(called(made[-1]), drift * (199 * RATE_S + 0.08), atol=0.002)
+    assert made[-1].position_at_ns == at_ns(199 * RATE_S + 0.08)
     np.testing.assert_allclose(made[-1].pad_ned_m, np.negative(HOVER), atol=0.002)
 
 
