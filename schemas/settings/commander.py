@@ -78,6 +78,10 @@ class GlideSettings(Section):
     """Fastest horizontal motion of the setpoint, m/s: the faster, the more the vehicle leans, and a fixed camera with it."""
     line_acceleration_mps2: float = Field(default=0.3, gt=0.0, le=5.0)
     """How fast the horizontal speed may grow on the line, m/s^2."""
+    view_edge_deg: float = Field(default=39.0, gt=0.0, le=90.0)
+    """Half the camera's narrower field of view. A pad that is seen this far from straight down is flown towards level, and the nearer it is
+    to that the slower it goes down: a fixed camera that leans with the vehicle loses what is at the edge of its picture. 90 for a gimbal
+    that keeps the pad in view, degrees."""
     acceleration_mps2: float = Field(default=1.0, gt=0.0, le=5.0)
     """How fast the setpoint's velocity may change, m/s^2: what a new estimate changes is flown smoothly."""
     approach_gain_per_s: float = Field(default=1.0, gt=0.0, le=5.0)

@@ -34,6 +34,8 @@ LATE_S = 0.16
 """One this old stiffens no more. What comes back so late arrives when the vehicle swings the other way, and drives the swing on."""
 MAX_STIFFENING_MPS = 3.0
 """More than this is not added to the setpoint's velocity: a position that jumps must not become a dash."""
+VIEW_MARGIN_RAD = math.radians(10.0)
+"""So far inside the edge of the camera's view the pad does not slow the descent: what a vehicle leans that speeds up and flies against the wind."""
 FINAL_MPS = 1.0
 """Fastest horizontal motion of the setpoint below the end of the line, m/s."""
 
@@ -65,6 +67,12 @@ class Target:
 def funnel_radius_m(settings: GlideSettings, height_above_pad_m: float) -> float:
     """The horizontal error allowed at a height, metres."""
     return settings.funnel_floor_m + settings.funnel_slope * max(height_above_pad_m, 0.0)
+
+
+def view_part(settings: GlideSettings, beside_m: float, height_above_pad_m: float) -> float:
+    """How fast to go down for the sake of the camera: 0 for a pad at the edge of its view or beyond, 1 for one well inside it."""
+    inside_rad = math.radians(settings.view_edge_deg) - math.atan2(beside_m, height_above_pad_m)
+    return min(max(inside_rad / VIEW_MARGIN_RAD, 0.0), 1.0)
 
 
 def descent_speed_mps(settings: GlideSettings, height_above_pad_m: float) -> float:
@@ -226,13 +234,17 @@ class Glide:
         return (*self._onto_axis(north, east), down_mps)
 
     def _along_the_line(self, north: float, east: float, height_m: float, freshness: float) -> Vector3:
-        """Towards the end of the line, so that horizontal and vertical distance become nothing together while the estimate is fresh."""
+        """Towards the end of the line, so that horizontal and vertical distance become nothing together while the estimate is fresh.
+
+        From where the pad is at the edge of the view, it flies nearly level at first, and the line begins later, and steeper.
+        """
         down_m = height_m - self._settings.vertical_below_m
         down_mps = descent_speed_mps(self._settings, height_m)
         slope = math.hypot(north, east) / down_m
         if slope * down_mps > self._settings.max_horizontal_mps:
             down_mps = self._settings.max_horizontal_mps / slope
-        return (*self._towards_axis(north, east, slope * down_mps), down_mps * freshness)
+        slowed = freshness * view_part(self._settings, math.hypot(north, east), height_m)
+        return (*self._towards_axis(north, east, slope * down_mps), down_mps * slowed)
 
     def _onto_axis(self, north: float, east: float) -> tuple[float, float]:
         """Towards the axis and along with it: without the pad's drift the setpoint would stay behind by drift / gain, for ever."""

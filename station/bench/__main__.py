@@ -10,6 +10,7 @@ from station.bench.detection_time import bench_detection_time
 from station.bench.estimation import bench_estimation
 from station.bench.lockstep import bench_lockstep
 from station.bench.nested import bench_nested
+from station.bench.nested_landing import bench_nested_landing
 from station.bench.overhead import bench_overhead
 from station.bench.real_pictures import bench_real_pictures
 from station.bench.recording import bench_recording
@@ -23,6 +24,7 @@ BENCHES = {
     "lockstep": bench_lockstep,
     "campaign": bench_campaign,
     "nested": bench_nested,
+    "nested-landing": bench_nested_landing,
     "calibration": bench_calibration,
     "real-pictures": bench_real_pictures,
     "replay": bench_replay,

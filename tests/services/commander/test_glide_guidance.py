@@ -61,7 +61,7 @@ def path(targets: list[Target]) -> np.ndarray:
 
 
 def test_it_follows_the_straight_line_and_ends_above_the_pad() -> None:
-    pad = np.array((-10.0, -10.0, 20.0))
+    pad = np.array((-6.0, -6.0, 20.0))
     way = path(flown([tuple(pad)], 40.0))
     to_line_end = pad - (0.0, 0.0, SETTINGS.vertical_below_m)
     on_line = way[(way[:, 2] > 0.5) & (way[:, 2] < 0.8 * to_line_end[2])]
@@ -175,3 +175,14 @@ def test_lower_is_never_faster_and_the_funnel_never_wider(height: float, more: f
 
 def test_freshness_falls_to_nothing_at_the_limit() -> None:
     assert [freshness_of(age, 1.0) for age in (0.0, 0.4, 0.7, 1.0, 5.0)] == pytest.approx([1.0, 1.0, 0.5, 0.0, 0.0])
+
+
+def test_a_pad_at_the_edge_of_the_view_is_brought_into_it_before_it_goes_down() -> None:
+    """From (30, 20, -40) m a camera that looks down sees the pad in the corner of its picture, and no more once the vehicle leans."""
+    pad = np.array((-30.0, -20.0, 40.0))
+    way = path(flown([tuple(pad)], 60.0))
+    above_line_end = way[way[:, 2] < pad[2] - SETTINGS.vertical_below_m]
+    off_nadir_deg = np.degrees(np.arctan2(np.hypot(*(pad - above_line_end)[:, :2].T), pad[2] - above_line_end[:, 2]))
+    assert above_line_end[off_nadir_deg > SETTINGS.view_edge_deg][:, 2].max() < 0.1
+    assert (np.diff(off_nadir_deg) < 1e-3).all()
+    assert way[-1][:2] == pytest.approx(pad[:2], abs=0.02)
