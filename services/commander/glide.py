@@ -51,7 +51,7 @@ class Aim:
     sigma_m: float
     """Horizontal standard deviation of the position, metres."""
     drift_ned_mps: Vector3 = (0.0, 0.0, 0.0)
-    """How the position moves in the vehicle's navigation solution."""
+    """How the position drifts in the vehicle's navigation solution."""
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,9 @@ class Glide:
         self._smooth_acceleration([c / step_s for c in change], step_s)
         n, e, d = self._place
         self._velocity = (vn, ve, vd)
-        self._place = (n + vn * step_s, e + ve * step_s, d + vd * step_s)
+        # The drift moves the place and is no velocity: it is the solution's position that drifts, and a vehicle above the pad drifts along
+        # in it without flying. Left out here, the setpoint would stay behind the pad by drift / gain.
+        self._place = (n + (vn + self._drift[0]) * step_s, e + (ve + self._drift[1]) * step_s, d + vd * step_s)
         on_ground = False
         if self._touching_down:
             deepest_m = vehicle[2] + TOUCHDOWN_LEAD_M
@@ -226,12 +228,12 @@ class Glide:
         north, east = self._pad[0] - self._place[0], self._pad[1] - self._place[1]
         height_m = self._pad[2] - self._place[2]
         if self._touching_down:
-            return (*self._onto_axis(north, east), self._settings.touchdown_mps)
+            return (*self._towards_axis(north, east, FINAL_MPS), self._settings.touchdown_mps)
         is_open = self._is_open(vehicle, math.hypot(north, east), height_m, now_ns)
         if height_m > self._settings.vertical_below_m:
             return self._along_the_line(north, east, height_m, freshness) if is_open else (0.0, 0.0, 0.0)
         down_mps = descent_speed_mps(self._settings, height_m) * freshness if is_open else 0.0
-        return (*self._onto_axis(north, east), down_mps)
+        return (*self._towards_axis(north, east, FINAL_MPS), down_mps)
 
     def _along_the_line(self, north: float, east: float, height_m: float, freshness: float) -> Vector3:
         """Towards the end of the line, so that horizontal and vertical distance become nothing together while the estimate is fresh.
@@ -245,11 +247,6 @@ class Glide:
             down_mps = self._settings.max_horizontal_mps / slope
         slowed = freshness * view_part(self._settings, math.hypot(north, east), height_m)
         return (*self._towards_axis(north, east, slope * down_mps), down_mps * slowed)
-
-    def _onto_axis(self, north: float, east: float) -> tuple[float, float]:
-        """Towards the axis and along with it: without the pad's drift the setpoint would stay behind by drift / gain, for ever."""
-        to_north, to_east = self._towards_axis(north, east, FINAL_MPS)
-        return to_north + self._drift[0], to_east + self._drift[1]
 
     def _towards_axis(self, north: float, east: float, fastest_mps: float) -> tuple[float, float]:
         distance_m = math.hypot(north, east)

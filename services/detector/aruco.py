@@ -19,6 +19,10 @@ CONTOUR_INSET_PX = 0.5
 CONTOUR_SIGMA_PX = 0.35
 """Standard deviation of a corner coordinate that comes from a contour, measured on rendered pads from 1 m to 20 m."""
 
+SHADE_CAP = 0.45
+"""In the second look everything brighter than this part of the brightest is as bright: white paper in the shade then looks like white
+paper in the sun, and the edge of the shadow over it is gone. In a photograph shade halves the levels or so; ink has an eighth."""
+_BRIGHTEST_PERCENTILE = 99.0
 _THRESHOLD_CELLS = 1.0
 _LEAST_THRESHOLD_PX = 2.0
 _MOST_THRESHOLD_PX = 11.0
@@ -61,7 +65,13 @@ class ArucoBackend:
         self._most = most
         self._window = SearchWindow()
         self._tally = Tally(
-            {"found_in_window": 0, "missed_in_window": 0, "whole_frame_searches": 0, "look_alikes_refused": 0}
+            {
+                "found_in_window": 0,
+                "missed_in_window": 0,
+                "whole_frame_searches": 0,
+                "found_in_shade": 0,
+                "look_alikes_refused": 0,
+            }
         )
 
     def detect(self, view: View) -> tuple[FoundMarker, ...]:
@@ -93,8 +103,20 @@ class ArucoBackend:
         return True
 
     def _whole_frame(self, view: View) -> tuple[FoundMarker, ...]:
+        """Without the pad, once more with the bright parts levelled: a shadow's edge across a marker breaks its outline."""
         self._tally.add("whole_frame_searches")
-        return self._markers(view, _search(self._opencv, view.picture), 1)
+        markers = self._markers(view, _search(self._opencv, view.picture), 1)
+        if self._wanted is None or self._shows_pad(markers):
+            return markers
+        shaded = self._markers(view, _search(self._opencv, _levelled(view.picture)), 1)
+        if not self._shows_pad(shaded):
+            return markers
+        self._tally.add("found_in_shade")
+        known = {marker.id for marker in markers}
+        return (*markers, *(marker for marker in shaded if marker.id not in known))
+
+    def _shows_pad(self, markers: tuple[FoundMarker, ...]) -> bool:
+        return any(self._wanted is not None and marker.id == self._wanted.id for marker in markers)
 
     def _in_window(self, view: View, window: Window) -> tuple[FoundMarker, ...]:
         part = view.picture[window.top : window.bottom, window.left : window.right]
@@ -144,6 +166,12 @@ def _search(opencv: cv2.aruco.ArucoDetector, picture: GreyPicture) -> list[tuple
         (int(number), np.asarray(four, float).reshape(4, 2))
         for number, four in zip(np.ravel(ids), corners, strict=True)
     ]
+
+
+def _levelled(picture: GreyPicture) -> GreyPicture:
+    """The picture with everything bright equally bright, see `SHADE_CAP`."""
+    cap = SHADE_CAP * float(np.percentile(picture[::4, ::4], _BRIGHTEST_PERCENTILE))
+    return np.minimum(picture, np.uint8(cap))
 
 
 def _outset(corners: NDArray[np.float64], distance_px: float) -> NDArray[np.float64]:
