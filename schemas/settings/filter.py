@@ -36,6 +36,9 @@ class Kalman(Section):
     """Quick error of the vehicle's position, new in each fix, each axis, metres: the solution's noise and its last digit on the link."""
     wander_m: Standard = 0.01
     """How far the navigation solution walks at random within a second, each axis, metres."""
+    restless_m: Standard = 0.3
+    """How far it may walk within a second at most where the fixes show that it walks farther than that, each axis, metres: then so much is
+    learnt from them. 0 learns nothing, and refuses them."""
     drift_mps: Standard = 0.03
     """How fast the navigation solution drifts, each axis, m/s; 0.03 is about a metre a minute."""
     drift_time_s: Duration = 30.0

@@ -15,6 +15,7 @@ from schemas.vehicle import VehicleState
 from services.filter.attempt import Attempt, Filtered
 from services.filter.navigation_frame import NavigationFrame
 from services.filter.pad_track import Innovation, PadTrack
+from services.filter.restlessness import Restlessness
 from services.filter.sighting import Sighting, sighting_of
 
 Array = NDArray[np.float64]
@@ -48,6 +49,8 @@ class KalmanFilter:
         self._frame: NavigationFrame | None = None
         self._track: PadTrack | None = None
         self._challenger: PadTrack | None = None
+        self._restlessness = Restlessness(self._kalman.restless_m)
+        self._fused_ns = 0
         self._past: deque[_Step] = deque(maxlen=_MOST_REMEMBERED)
         self._counters: Counter[str] = Counter()
 
@@ -117,7 +120,7 @@ class KalmanFilter:
         if not self._is_worth_keeping(track):
             self._counters["reset_uncertain"] += 1
             return self._start(sighting)
-        innovation = track.innovation(sighting)
+        innovation = self._learnt(track, sighting, track.innovation(sighting))
         if self._limit and not innovation.nis <= self._limit:
             return self._challenge(sighting, innovation)
         self._challenger = None
@@ -126,8 +129,21 @@ class KalmanFilter:
         self._keep_near()
         return attempt
 
+    def _learnt(self, track: PadTrack, sighting: Sighting, innovation: Innovation) -> Innovation:
+        """What a sighting says of how fast the solution walks; the innovation anew where it has walked faster since the last fusion."""
+        since_s = max(0.0, (sighting.captured_at_ns - self._fused_ns) * 1e-9)
+        self._restlessness.take(innovation.away_m, float(innovation.covariance_m2.trace()), since_s)
+        more = self._restlessness.walk_m2ps - track.walk_m2ps
+        track.walk_m2ps += more
+        if more <= 0.0:
+            return innovation
+        self._counters["walk_learnt"] += 1
+        track.blur(math.sqrt(more * since_s))
+        return track.innovation(sighting)
+
     def _fuse(self, track: PadTrack, sighting: Sighting, innovation: Innovation) -> Attempt:
         correction, covariance = track.fuse(sighting, innovation)
+        self._fused_ns = sighting.captured_at_ns
         self._counters["fix_used"] += 1
         if not self._is_confirmed(track):
             return _attempt(FusionVerdict.STARTED, innovation)
@@ -161,6 +177,8 @@ class KalmanFilter:
 
     def _start(self, sighting: Sighting) -> Attempt:
         self._track = PadTrack(sighting, self._kalman, moving=self._settings.method == "moving")
+        self._track.walk_m2ps = self._restlessness.walk_m2ps
+        self._fused_ns = sighting.captured_at_ns
         self._challenger = None
         self._past.clear()
         self._counters["fix_used"] += 1
@@ -178,6 +196,7 @@ class KalmanFilter:
                 rival.fuse(sighting, innovation)
         if rival is None or not agreed:
             rival = PadTrack(sighting, self._kalman, moving=self._settings.method == "moving")
+        rival.walk_m2ps = self._restlessness.walk_m2ps
         self._challenger = rival
         wanted = self._kalman.recover_fixes
         if self._track is not None and not self._is_confirmed(self._track):
@@ -186,6 +205,7 @@ class KalmanFilter:
         if rival.fixes < wanted:
             return _attempt(FusionVerdict.OUTLIER, refused)
         self._track, self._challenger = rival, None
+        self._fused_ns = sighting.captured_at_ns
         self._past.clear()
         self._counters["reset_outvoted"] += 1
         return _attempt(FusionVerdict.REINITIALISED, refused)

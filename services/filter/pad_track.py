@@ -87,6 +87,8 @@ class PadTrack:
         """Capture time of the newest sighting, UTC ns."""
         self.fixes = 1
         """How many sightings are in it."""
+        self.walk_m2ps = 0.0
+        """How much faster than the settings say the navigation solution walks, each axis, m^2 a second."""
 
     def predict(self, at_ns: int) -> None:
         """Go on to a later time: the drift goes on and fades, everything becomes less certain."""
@@ -208,7 +210,7 @@ class PadTrack:
         # Strided views of the diagonals of the blocks (place, place), (drift, drift), (place, drift) and so on.
         flat = P.reshape(_SIZE * _SIZE)
         diagonal = flat[:: _SIZE + 1]
-        diagonal[_PLACE] += self._rate2 * walked + self._settings.wander_m**2 * ahead_s
+        diagonal[_PLACE] += self._rate2 * walked + (self._settings.wander_m**2 + self.walk_m2ps) * ahead_s
         diagonal[_DRIFT] += self._rate2 * (1.0 - keep * keep)
         diagonal[_SHARED] += 1.0 - F[_SHARED] * F[_SHARED]
         flat[3 : 3 + 3 * (_SIZE + 1) : _SIZE + 1] += together

@@ -250,3 +250,26 @@ def test_whatever_comes_estimates_are_whole(steps, method):
         for estimate in feed(node, fix(time_s, (north, east, down), sigma_m=sigma)):
             assert np.isfinite(ned_of(estimate)).all()
             assert np.linalg.eigvalsh(matrix(estimate)).min() > 0.0
+
+
+@pytest.mark.parametrize("rate_s", [1 / 30, 0.1, 0.2])
+def test_solution_that_walks_fast_is_walked_along_with(rate_s):
+    """A plain receiver: 14 cm in a second at random, seven times what the settings expect in a fifth of a second."""
+    steps = np.random.default_rng(3).normal(0.0, 0.14 * math.sqrt(rate_s), (round(30.0 / rate_s), 3))
+    walked = np.cumsum(steps * (1.0, 1.0, 0.1), axis=0)
+    fixes = [seen(i * rate_s, HOVER, navigation_m=walk) for i, walk in enumerate(walked)]
+    node = kalman()
+    fused = [i for i, verdict in enumerate(verdicts_of(node, fixes)) if verdict == "fused"]
+    assert len(fused) > 0.9 * len(fixes)
+    assert max(np.diff(fused)) * rate_s < 1.0
+
+
+def test_nothing_is_learnt_from_fixes_that_are_as_expected_nor_from_a_few_that_are_not():
+    noise = np.random.default_rng(4).normal(0.0, 0.02, (300, 3))
+    noise[5::10] += (0.6, -0.4, 0.0)
+    fixes = [seen(i * RATE_S, HOVER, sigma_m=0.02, noise_m=noise[i]) for i in range(300)]
+    node = kalman()
+    estimates = estimates_of(node, fixes)
+    assert node.counters()["fix_outlier"] == 30
+    assert "walk_learnt" not in node.counters()
+    assert math.sqrt(matrix(estimates[-1])[0, 0]) < 0.02
