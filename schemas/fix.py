@@ -71,6 +71,8 @@ class SharedErrors(Part):
     """Capture time against the time of the pose: along the pad's apparent motion."""
     size_ned_m: Vector3 = (0.0, 0.0, 0.0)
     """Size of the pad in the picture: along the optical axis. It passes as the pad grows."""
+    height_ned_m: Vector3 = (0.0, 0.0, 0.0)
+    """Height above the pad by the vehicle's altitude, as far as the fix takes that."""
     heading_rad: Annotated[float, Field(ge=0.0)]
     """The heading's standard deviation itself, which the azimuth shares, rad."""
 

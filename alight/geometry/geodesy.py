@@ -117,16 +117,21 @@ def R_ecef_ned(latitude_deg: float, longitude_deg: float) -> Matrix:
 
     Eq. 13 as printed has four rows; this is the matrix whose columns are the north, east and down axes in ECEF.
     """
+    return np.array(ned_axes_in_ecef(latitude_deg, longitude_deg)).reshape(3, 3)
+
+
+def ned_axes_in_ecef(
+    latitude_deg: float, longitude_deg: float
+) -> tuple[float, float, float, float, float, float, float, float, float]:
+    """`R_ecef_ned` as plain floats, row by row."""
     latitude, longitude = math.radians(latitude_deg), math.radians(longitude_deg)
     sin_lat, cos_lat = math.sin(latitude), math.cos(latitude)
     sin_lon, cos_lon = math.sin(longitude), math.cos(longitude)
-    return np.array(
-        [
-            [-sin_lat * cos_lon, -sin_lon, -cos_lat * cos_lon],
-            [-sin_lat * sin_lon, cos_lon, -cos_lat * sin_lon],
-            [cos_lat, 0.0, -sin_lat],
-        ]
-    )
+    return (
+        -sin_lat * cos_lon, -sin_lon, -cos_lat * cos_lon,
+        -sin_lat * sin_lon, cos_lon, -cos_lat * sin_lon,
+        cos_lat, 0.0, -sin_lat,
+    )  # fmt: skip
 
 
 def _ecef(latitude_deg: Any, longitude_deg: Any, height_m: Any, functions: _Functions) -> tuple[Any, Any, Any]:

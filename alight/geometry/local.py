@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from alight.geometry.geodesy import R_ecef_ned, ecef_of_point, geodetic_of_point
+from alight.geometry.local_frame import LocalFrame
 from alight.geometry.rotation import VectorLike
 from schemas.message import GlobalPosition
 
@@ -13,9 +13,7 @@ def ned_between(origin: GlobalPosition, point: GlobalPosition) -> NDArray[np.flo
 
     Heights are ellipsoidal. The down component is along the vertical of `origin`: the earth's curvature (8 cm at 1 km) is in it.
     """
-    x, y, z = ecef_of_point(point.latitude_deg, point.longitude_deg, point.ellipsoidal_height_m)
-    x0, y0, z0 = ecef_of_point(origin.latitude_deg, origin.longitude_deg, origin.ellipsoidal_height_m)
-    return np.array((x - x0, y - y0, z - z0)) @ R_ecef_ned(origin.latitude_deg, origin.longitude_deg)
+    return np.array(LocalFrame(origin).ned_of(point))
 
 
 def moved_by_ned(origin: GlobalPosition, ned_m: VectorLike) -> GlobalPosition:
@@ -27,12 +25,4 @@ def moved_by_ned(origin: GlobalPosition, ned_m: VectorLike) -> GlobalPosition:
         ValueError: If `ned_m` is not finite or leads out of the atmosphere or to the earth's centre
             (pydantic's ValidationError is a ValueError).
     """
-    x0, y0, z0 = ecef_of_point(origin.latitude_deg, origin.longitude_deg, origin.ellipsoidal_height_m)
-    dx, dy, dz = (R_ecef_ned(origin.latitude_deg, origin.longitude_deg) @ np.asarray(ned_m, float)).tolist()
-    latitude_deg, longitude_deg, height_m = geodetic_of_point(x0 + dx, y0 + dy, z0 + dz)
-    return GlobalPosition(
-        latitude_deg=latitude_deg,
-        longitude_deg=longitude_deg,
-        altitude_amsl_m=height_m + origin.altitude_amsl_m - origin.ellipsoidal_height_m,
-        ellipsoidal_height_m=height_m,
-    )
+    return LocalFrame(origin).point_at(float(ned_m[0]), float(ned_m[1]), float(ned_m[2]))

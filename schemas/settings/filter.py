@@ -53,6 +53,8 @@ class Kalman(Section):
     """For how long an error of the capture time lasts, seconds."""
     size_time_s: Duration = 10.0
     """For how long an error of the pad's size in the picture lasts, seconds."""
+    height_time_s: Duration = 30.0
+    """For how long an error of the height above the pad lasts (the navigation solution's, where the geolocator takes that), seconds."""
     azimuth_wander_deg: Standard = 0.2
     """How far the heading walks at random within a second, degrees."""
     pad_mps: Standard = 1.5

@@ -1,7 +1,7 @@
 """What a filter makes of one fix."""
 
-from dataclasses import dataclass
-from typing import Protocol
+import math
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,7 @@ from schemas.message import GlobalPosition, Vector3
 from schemas.vehicle import VehicleState
 
 
-@dataclass(frozen=True)
-class Filtered:
+class Filtered(NamedTuple):
     """A place and an azimuth of the pad, and how sure they are."""
 
     position: GlobalPosition
@@ -41,15 +40,23 @@ class Filtered:
         )
 
 
-@dataclass(frozen=True)
-class Attempt:
+class Attempt(NamedTuple):
     """A verdict, and what led to it."""
 
     verdict: FusionVerdict
     innovation_ned_m: Vector3 | None = None
-    innovation_sigma_m: Vector3 | None = None
+    innovation_variances_m2: Vector3 | None = None
+    """Of the innovation's components, as the filter expects them."""
     nis: float | None = None
     estimate: Filtered | None = None
+
+    @property
+    def innovation_sigma_m(self) -> Vector3 | None:
+        """Standard deviations of the innovation's components."""
+        if self.innovation_variances_m2 is None:
+            return None
+        n, e, d = (math.sqrt(max(0.0, variance)) for variance in self.innovation_variances_m2)
+        return (n, e, d)
 
 
 class PadFilter(Protocol):

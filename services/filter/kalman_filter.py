@@ -1,8 +1,9 @@
 """`kalman` and `moving`: one track that steers, and a challenger made of the fixes that it refuses."""
 
 import math
+import sys
 from collections import Counter, deque
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,10 +11,12 @@ from numpy.typing import NDArray
 from alight.runtime.clock import nanoseconds
 from schemas.fix import FixVerdict, PadFix
 from schemas.fusion import FusionVerdict
+from schemas.message import Vector3
 from schemas.settings.filter import FilterMethod
 from schemas.vehicle import VehicleState
 from services.filter.attempt import Attempt, Filtered
 from services.filter.navigation_frame import NavigationFrame
+from services.filter.pad_motion import PadMotion
 from services.filter.pad_track import Innovation, PadTrack
 from services.filter.restlessness import Restlessness
 from services.filter.sighting import Sighting, sighting_of
@@ -26,8 +29,7 @@ _REMEMBER_NS = nanoseconds(1.0)
 _MOST_REMEMBERED = 64
 
 
-@dataclass(frozen=True)
-class _Step:
+class _Step(NamedTuple):
     """What a fix that comes late has to be put before."""
 
     before: PadTrack
@@ -45,7 +47,8 @@ class KalmanFilter:
     def __init__(self, settings: FilterMethod) -> None:
         self._settings = settings
         self._kalman = settings.kalman
-        self._limit = settings.gate.sigma**2
+        self._limit = settings.gate.sigma**2 or sys.float_info.max
+        self._motion = PadMotion(settings.kalman, moving=settings.method == "moving")
         self._frame: NavigationFrame | None = None
         self._track: PadTrack | None = None
         self._challenger: PadTrack | None = None
@@ -94,7 +97,7 @@ class KalmanFilter:
             return None
         place, covariance, azimuth_variance = track.place_at(vehicle.at_ns)
         try:
-            position = frame.in_solution(place, vehicle.at_ns)
+            position = frame.in_solution(_vector(place), vehicle.at_ns)
         except ValueError:
             return None
         here = frame.continuous(vehicle.position, vehicle.at_ns)
@@ -106,7 +109,7 @@ class KalmanFilter:
             covariance_ned_m2=covariance + noise2 * np.eye(3),
             azimuth_variance_rad2=azimuth_variance,
             fixes_used=track.fixes,
-            velocity_ned_mps=_vector(track.drift_mps),
+            velocity_ned_mps=track.drift_mps,
             velocity_covariance_ned=track.drift_covariance,
             position_at_ns=vehicle.at_ns,
         )
@@ -121,7 +124,7 @@ class KalmanFilter:
             self._counters["reset_uncertain"] += 1
             return self._start(sighting)
         innovation = self._learnt(track, sighting, track.innovation(sighting))
-        if self._limit and not innovation.nis <= self._limit:
+        if not innovation.nis <= self._limit:
             return self._challenge(sighting, innovation)
         self._challenger = None
         self._remember(before, sighting)
@@ -132,7 +135,7 @@ class KalmanFilter:
     def _learnt(self, track: PadTrack, sighting: Sighting, innovation: Innovation) -> Innovation:
         """What a sighting says of how fast the solution walks; the innovation anew where it has walked faster since the last fusion."""
         since_s = max(0.0, (sighting.captured_at_ns - self._fused_ns) * 1e-9)
-        self._restlessness.take(innovation.away_m, float(innovation.covariance_m2.trace()), since_s)
+        self._restlessness.take(innovation.away_m, sum(innovation.variances_m2), since_s)
         more = self._restlessness.walk_m2ps - track.walk_m2ps
         track.walk_m2ps += more
         if more <= 0.0:
@@ -149,7 +152,7 @@ class KalmanFilter:
             return _attempt(FusionVerdict.STARTED, innovation)
         return _attempt(FusionVerdict.FUSED, innovation, self._estimate(track, sighting, correction, covariance))
 
-    def _estimate(self, track: PadTrack, sighting: Sighting, correction: Array, covariance: Array) -> Filtered | None:
+    def _estimate(self, track: PadTrack, sighting: Sighting, correction: Vector3, covariance: Array) -> Filtered | None:
         """The place in the solution of the newest vehicle state; the vector as it was at capture time."""
         assert self._frame is not None
         vehicle = self._frame.newest
@@ -162,21 +165,21 @@ class KalmanFilter:
             self._forget()
             return None
         self._counters["released"] += 1
-        n, e, d = sighting.pad_ned_m
+        (n, e, d), (more_n, more_e, more_d) = sighting.pad_ned_m, correction
         return Filtered(
             position=position,
-            pad_ned_m=(n + float(correction[0]), e + float(correction[1]), d + float(correction[2])),
+            pad_ned_m=(n + more_n, e + more_e, d + more_d),
             azimuth_rad=track.azimuth_rad,
             covariance_ned_m2=covariance,
             azimuth_variance_rad2=track.azimuth_variance_rad2,
             fixes_used=track.fixes,
-            velocity_ned_mps=_vector(track.drift_mps),
+            velocity_ned_mps=track.drift_mps,
             velocity_covariance_ned=track.drift_covariance,
             position_at_ns=now_ns,
         )
 
     def _start(self, sighting: Sighting) -> Attempt:
-        self._track = PadTrack(sighting, self._kalman, moving=self._settings.method == "moving")
+        self._track = PadTrack(sighting, self._kalman, self._motion)
         self._track.walk_m2ps = self._restlessness.walk_m2ps
         self._fused_ns = sighting.captured_at_ns
         self._challenger = None
@@ -195,7 +198,7 @@ class KalmanFilter:
             if agreed:
                 rival.fuse(sighting, innovation)
         if rival is None or not agreed:
-            rival = PadTrack(sighting, self._kalman, moving=self._settings.method == "moving")
+            rival = PadTrack(sighting, self._kalman, self._motion)
         rival.walk_m2ps = self._restlessness.walk_m2ps
         self._challenger = rival
         wanted = self._kalman.recover_fixes
@@ -219,7 +222,7 @@ class KalmanFilter:
         track = later[0].before.copy()
         track.predict(sighting.captured_at_ns)
         innovation = track.innovation(sighting)
-        if self._limit and not innovation.nis <= self._limit:
+        if not innovation.nis <= self._limit:
             self._counters["fix_outlier"] += 1
             return _attempt(FusionVerdict.OUTLIER, innovation)
         self._counters["fix_used"] += 1
@@ -250,7 +253,7 @@ class KalmanFilter:
             frame.reanchor(old.point_at(*_vector(track.place_m)))
             for one in (track, self._challenger):
                 if one is not None:
-                    one.rename(np.array(frame.local.ned_of(old.point_at(*_vector(one.place_m)))))
+                    one.rename(frame.local.ned_of(old.point_at(*_vector(one.place_m))))
         except ValueError:
             self._forget()
         self._past.clear()
@@ -271,11 +274,10 @@ class KalmanFilter:
 
 
 def _attempt(verdict: FusionVerdict, innovation: Innovation, estimate: Filtered | None = None) -> Attempt:
-    variances = innovation.covariance_m2.diagonal().tolist()
-    sigma_n, sigma_e, sigma_d = (math.sqrt(max(0.0, variance)) for variance in variances)
-    return Attempt(verdict, _vector(innovation.away_m), (sigma_n, sigma_e, sigma_d), innovation.nis, estimate)
+    nis = innovation.nis if innovation.nis <= sys.float_info.max else None
+    return Attempt(verdict, innovation.away_m, innovation.variances_m2, nis, estimate)
 
 
-def _vector(values: Array) -> tuple[float, float, float]:
+def _vector(values: Array) -> Vector3:
     north, east, down = values.tolist()
     return (north, east, down)

@@ -1,17 +1,13 @@
 """The vehicle's navigation solution as a local frame that neither jumps nor leads too far from its origin."""
 
+import math
 from collections import deque
-
-import numpy as np
-from numpy.typing import NDArray
 
 from alight.geometry.local_frame import LocalFrame
 from alight.runtime.clock import seconds
-from schemas.message import GlobalPosition
+from schemas.message import GlobalPosition, Vector3
 from schemas.settings.filter import Kalman
 from schemas.vehicle import VehicleState
-
-Array = NDArray[np.float64]
 
 _MOST_JUMPS = 16
 _LONGEST_STEP_S = 0.5
@@ -28,51 +24,57 @@ class NavigationFrame:
     def __init__(self, settings: Kalman, anchor: GlobalPosition) -> None:
         self.local = LocalFrame(anchor)
         self._settings = settings
-        self._jumps: deque[tuple[int, Array]] = deque([(0, np.zeros(3))], maxlen=_MOST_JUMPS)
-        self._last: tuple[VehicleState, Array] | None = None
+        self._jumps: deque[tuple[int, Vector3]] = deque([(0, (0.0, 0.0, 0.0))], maxlen=_MOST_JUMPS)
+        self._last: tuple[VehicleState, Vector3] | None = None
 
-    def take(self, state: VehicleState) -> Array | None:
-        """Take the vehicle's newest state; returns the jump (3,) in metres, if that is one."""
+    def take(self, state: VehicleState) -> Vector3 | None:
+        """Take the vehicle's newest state; returns the jump in metres, if that is one."""
         if self._last is not None and state.at_ns <= self._last[0].at_ns:
             return None
-        place = np.array(self.local.ned_of(state.position))
+        place = self.local.ned_of(state.position)
         before, self._last = self._last, (state, place)
         if before is None or seconds(state.at_ns - before[0].at_ns) > _LONGEST_STEP_S:
             return None
-        velocity = 0.5 * np.add(before[0].velocity_ned_mps, state.velocity_ned_mps)
-        jump: Array = place - before[1] - velocity * seconds(state.at_ns - before[0].at_ns)
-        if float(jump @ jump) < self._settings.jump_m**2:
+        half_s = 0.5 * seconds(state.at_ns - before[0].at_ns)
+        (n0, e0, d0), (vn0, ve0, vd0) = before[1], before[0].velocity_ned_mps
+        (n, e, d), (vn, ve, vd) = place, state.velocity_ned_mps
+        jump = (n - n0 - (vn0 + vn) * half_s, e - e0 - (ve0 + ve) * half_s, d - d0 - (vd0 + vd) * half_s)
+        if math.hypot(*jump) < self._settings.jump_m:
             return None
-        self._jumps.append((state.at_ns, self._jumps[-1][1] + jump))
+        self._jumps.append((state.at_ns, _sum(self._jumps[-1][1], jump)))
         return jump
 
     def reanchor(self, origin: GlobalPosition) -> None:
         """Go on in a frame at another origin; the jumps stay as they are, north being north within a hundredth of a degree."""
         self.local = LocalFrame(origin)
         if self._last is not None:
-            self._last = (self._last[0], np.array(self.local.ned_of(self._last[0].position)))
+            self._last = (self._last[0], self.local.ned_of(self._last[0].position))
 
     @property
     def newest(self) -> VehicleState | None:
         """The vehicle's newest state."""
         return None if self._last is None else self._last[0]
 
-    def offset_at(self, at_ns: int) -> Array:
-        """All jumps until a time, UTC ns, (3,), metres."""
+    def offset_at(self, at_ns: int) -> Vector3:
+        """All jumps until a time, UTC ns, metres."""
         for jumped_at_ns, total in reversed(self._jumps):
             if jumped_at_ns <= at_ns:
                 return total
         return self._jumps[0][1]
 
-    def continuous(self, position: GlobalPosition, at_ns: int) -> Array:
-        """A place that was named in the solution of a time, UTC ns, in continuous coordinates, (3,), metres."""
-        return np.array(self.local.ned_of(position)) - self.offset_at(at_ns)
+    def continuous(self, position: GlobalPosition, at_ns: int) -> Vector3:
+        """A place that was named in the solution of a time, UTC ns, in continuous coordinates, metres."""
+        (n, e, d), (jn, je, jd) = self.local.ned_of(position), self.offset_at(at_ns)
+        return (n - jn, e - je, d - jd)
 
-    def in_solution(self, place_m: Array, at_ns: int) -> GlobalPosition:
+    def in_solution(self, place_m: Vector3, at_ns: int) -> GlobalPosition:
         """A place in continuous coordinates as it is called in the solution of a time, UTC ns.
 
         Raises:
             ValueError: If it is no place on earth.
         """
-        north, east, down = (place_m + self.offset_at(at_ns)).tolist()
-        return self.local.point_at(north, east, down)
+        return self.local.point_at(*_sum(place_m, self.offset_at(at_ns)))
+
+
+def _sum(a: Vector3, b: Vector3) -> Vector3:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])

@@ -9,10 +9,7 @@ import math
 import statistics
 from collections import deque
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+from schemas.message import Vector3
 
 _REMEMBERED = 7
 _FEWEST = 4
@@ -41,17 +38,18 @@ class Restlessness:
             return 0.0
         return min(statistics.median(self._asked), self._most)
 
-    def take(self, away_m: Array, expected_m2: float, since_s: float) -> None:
+    def take(self, away_m: Vector3, expected_m2: float, since_s: float) -> None:
         """Take an innovation, whatever becomes of its fix.
 
         Args:
-            away_m: (3,), sighting minus expectation.
+            away_m: Sighting minus expectation.
             expected_m2: Sum of its variances on the three axes, with the walk that was learnt.
             since_s: Time since the last fix that was fused.
         """
         since_s = max(since_s, _LEAST_S)
         walk_m2ps = self.walk_m2ps
         steady_m2 = max(expected_m2 - 3.0 * walk_m2ps * since_s, 0.0)
-        beyond_m2 = float(away_m @ away_m) - (1.0 if walk_m2ps > 0.0 else _BEYOND) * steady_m2
+        north, east, down = away_m
+        beyond_m2 = north * north + east * east + down * down - (1.0 if walk_m2ps > 0.0 else _BEYOND) * steady_m2
         if math.isfinite(beyond_m2):
             self._asked.append(max(beyond_m2, 0.0) / (3.0 * since_s))

@@ -1,12 +1,12 @@
 """A fix as the Kalman filter takes it: a place in a local frame, fresh noise, and what it shares with its neighbours."""
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.fix import FixVerdict, PadFix, PadPosition
+from schemas.fix import FixVerdict, PadFix, SharedErrors
 from schemas.message import Matrix3, Vector3
 from schemas.settings.filter import FilterMethod
 from services.filter.navigation_frame import NavigationFrame
@@ -14,21 +14,23 @@ from services.filter.navigation_frame import NavigationFrame
 Array = NDArray[np.float64]
 
 _LARGEST_VARIANCE_M2 = 1e8
+_NOTHING = (0.0, 0.0, 0.0)
+_PLACE_AND_DRIFT = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), _NOTHING, _NOTHING, _NOTHING)
 
 
-@dataclass(frozen=True)
-class Sighting:
+class Sighting(NamedTuple):
     """One fix."""
 
     captured_at_ns: int
-    place_m: Array
-    """(3,), the pad in continuous coordinates: the vehicle's coordinates at capture time plus the vector that was seen."""
+    place_m: Vector3
+    """The pad in continuous coordinates: the vehicle's coordinates at capture time plus the vector that was seen."""
     pad_ned_m: Vector3
     """That vector."""
     noise_m2: Array
     """(3, 3), covariance of the part of the error that is new in each fix."""
-    shared_m: Array
-    """(3, 8), where one standard deviation of each lasting error puts the pad; see `SharedErrors`."""
+    H: Array
+    """(3, 15), the place as it is seen, of the state: the place itself, nothing of its drift, and where one standard deviation of each
+    lasting error puts the pad (see `SharedErrors`)."""
     azimuth_rad: float
     azimuth_noise_rad2: float
     heading_rad: float
@@ -46,47 +48,33 @@ def sighting_of(fix: PadFix, frame: NavigationFrame, settings: FilterMethod) -> 
         return None
     shared = fix.shared
     if shared is None or fix.azimuth_noise_rad2 is None:
-        turn, azimuth_noise, heading = (
-            math.radians(settings.systematic_angle_deg),
-            fix.azimuth_variance_rad2,
-            math.radians(settings.systematic_azimuth_deg),
-        )
-        shared_m = _turned(seen.pad_ned_m, turn, heading)
+        turn, heading_rad = math.radians(settings.systematic_angle_deg), math.radians(settings.systematic_azimuth_deg)
+        azimuth_noise, vectors = fix.azimuth_variance_rad2, _turned(seen.pad_ned_m, turn, heading_rad)
     else:
-        azimuth_noise, heading = fix.azimuth_noise_rad2, shared.heading_rad
-        shared_m = np.array(
-            (
-                shared.tilt_north_ned_m,
-                shared.tilt_east_ned_m,
-                shared.heading_ned_m,
-                shared.range_ned_m,
-                shared.principal_x_ned_m,
-                shared.principal_y_ned_m,
-                shared.timing_ned_m,
-                shared.size_ned_m,
-            )
-        ).T
-    return _sighting(fix, seen, frame, noise, shared_m, azimuth_noise, heading)
-
-
-def _sighting(
-    fix: PadFix,
-    seen: PadPosition,
-    frame: NavigationFrame,
-    noise: Array,
-    shared: Array,
-    azimuth_noise: float,
-    heading: float,
-) -> Sighting:
+        azimuth_noise, heading_rad, vectors = fix.azimuth_noise_rad2, shared.heading_rad, _vectors(shared)
     return Sighting(
         captured_at_ns=fix.captured_at_ns,
         place_m=frame.continuous(seen.position, fix.captured_at_ns),
         pad_ned_m=seen.pad_ned_m,
         noise_m2=noise,
-        shared_m=shared,
+        H=np.array((*_PLACE_AND_DRIFT, *vectors)).T,
         azimuth_rad=seen.azimuth_rad,
         azimuth_noise_rad2=azimuth_noise,
-        heading_rad=heading,
+        heading_rad=heading_rad,
+    )
+
+
+def _vectors(shared: SharedErrors) -> tuple[Vector3, ...]:
+    return (
+        shared.tilt_north_ned_m,
+        shared.tilt_east_ned_m,
+        shared.heading_ned_m,
+        shared.range_ned_m,
+        shared.principal_x_ned_m,
+        shared.principal_y_ned_m,
+        shared.timing_ned_m,
+        shared.size_ned_m,
+        shared.height_ned_m,
     )
 
 
@@ -101,11 +89,7 @@ def _covariance(values: Matrix3) -> Array | None:
     return np.array(((nn, ne, nd), (ne, ee, ed), (nd, ed, dd)))
 
 
-def _turned(pad_ned_m: Vector3, turn: float, heading: float) -> Array:
-    """What a fix shares that does not say so: turns about north, east and down, in the order of `SharedErrors`."""
+def _turned(pad_ned_m: Vector3, turn: float, heading: float) -> tuple[Vector3, ...]:
+    """What a fix shares that does not say so: turns about north, east and down; nothing of the others."""
     n, e, d = pad_ned_m
-    shared = np.zeros((3, 8))
-    shared[:, 0] = (0.0, -turn * d, turn * e)
-    shared[:, 1] = (turn * d, 0.0, -turn * n)
-    shared[:, 2] = (-heading * e, heading * n, 0.0)
-    return shared
+    return ((0.0, -turn * d, turn * e), (turn * d, 0.0, -turn * n), (-heading * e, heading * n, 0.0), *(_NOTHING,) * 6)

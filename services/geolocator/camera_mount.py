@@ -3,6 +3,7 @@
 import math
 from collections import deque
 
+from alight.geometry.frames import q_body_camera
 from alight.geometry.rotation import quaternion_from_euler, quaternion_multiply, quaternion_normalised, slerp
 from alight.runtime.clock import nanoseconds, seconds
 from schemas.fix import FixVerdict
@@ -29,6 +30,7 @@ class CameraMount:
         )
         nominal = _from_degrees(mount.roll_deg, mount.pitch_deg, mount.yaw_deg)
         self._fixed = quaternion_multiply(self._misalignment, nominal)
+        self._fixed_camera = q_body_camera(self._fixed)
         self._history_ns = nanoseconds(lookup.history_s)
         self._max_age_s = lookup.gimbal_max_age_s
         self._states: deque[tuple[int, Quaternion]] = deque(maxlen=_MAX_SAMPLES)
@@ -51,6 +53,15 @@ class CameraMount:
         while state.at_ns - self._states[0][0] > self._history_ns:
             self._states.popleft()
         return True
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether a gimbal has reported its angles."""
+        return bool(self._states)
+
+    def q_body_camera(self, at_ns: int) -> Quaternion:
+        """Takes camera to body coordinates at a moment, UTC ns; raises what `q_body_gimbal` raises."""
+        return q_body_camera(self.q_body_gimbal(at_ns)) if self._states else self._fixed_camera
 
     def q_body_gimbal(self, at_ns: int) -> Quaternion:
         """The orientation at a moment, UTC ns; unit quaternion.

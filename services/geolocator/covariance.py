@@ -1,139 +1,196 @@
-"""How sure a fix is: first-order covariance through the chain of Eq. 1."""
+"""How sure a fix is: first-order covariance through the chain of Eq. 1, as independent contributions."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from typing import NamedTuple
 
-import numpy as np
-
-from alight.geometry.rotation import Matrix, R_from_quaternion, rotated
+from alight.geometry.flat_matrix import Flat3, congruent, is_positive_definite, times
+from alight.geometry.rotation import rotated
 from schemas.calibration import CameraCalibration
 from schemas.detection import MarkerPose
 from schemas.fix import FixVerdict, SharedErrors
-from schemas.message import Matrix3, Matrix6, Vector3
+from schemas.message import Vector3
 from schemas.settings.geolocator import FixUncertainty
+from services.geolocator.pose_history import Pose
 from services.geolocator.refusal import FixRefusedError
 from services.geolocator.view import View
 
 _SYMMETRY_TOLERANCE = 1e-6
 _MAX_VARIANCE = 1e8
-_DIAGONAL = np.diag_indices(3)
-_NAMES = (
-    "tilt_north_ned_m",
-    "tilt_east_ned_m",
-    "heading_ned_m",
-    "range_ned_m",
-    "principal_x_ned_m",
-    "principal_y_ned_m",
-    "size_ned_m",
-    "timing_ned_m",
-)
 
 
-@dataclass(frozen=True)
-class FixCovariance:
-    """Uncertainty of a fix: position = noise + outer products of what is shared + that of the vehicle's coordinates."""
+class Spread(NamedTuple):
+    """Where the errors of a fix may have put the pad."""
 
-    position_ned_m2: Matrix3
-    """Of the vehicle-to-pad vector as a place in the navigation solution, north, east, down, m^2."""
-    noise_ned_m2: Matrix3
-    """The part that is new in each fix, of the vector itself, m^2."""
-    shared: SharedErrors
-    """The part that neighbouring fixes have in common."""
-    azimuth_rad2: float
-    """Of the pad's azimuth, rad^2."""
-    azimuth_noise_rad2: float
-    """The part of it that is new in each fix, rad^2."""
+    noise_m2: Flat3
+    """Covariance of the part that is new in each fix, north, east, down, m^2."""
+    tilt_north: Vector3
+    """Where one standard deviation of each error that neighbouring fixes share puts the pad, metres; see `SharedErrors`."""
+    tilt_east: Vector3
+    heading: Vector3
+    range: Vector3
+    principal_x: Vector3
+    principal_y: Vector3
+    size: Vector3
+    timing: Vector3
 
+    def through(self, jacobian: Flat3) -> "Spread":
+        """What becomes of it in a mapping of the vector that has this Jacobian."""
+        noise, *shared = self
+        return Spread(congruent(jacobian, noise), *[times(jacobian, one) for one in shared])
 
-def fix_covariance(
-    pose: MarkerPose,
-    view: View,
-    pad_ned_m: Vector3,
-    calibration: CameraCalibration,
-    uncertainty: FixUncertainty,
-    extent_px: float,
-) -> FixCovariance:
-    """Corners, lens, attitude and mount, timing and position, as independent contributions.
+    def as_place(self, vehicle: Pose, time_sigma_s: float) -> "Spread":
+        """That of the pad's coordinates instead of the vector's: a vehicle looked for at the wrong time is in another place, too."""
+        n, e, d = self.timing
+        vn, ve, vd = vehicle.velocity_ned_mps
+        slipped = (n + time_sigma_s * vn, e + time_sigma_s * ve, d + time_sigma_s * vd)
+        noise = _with_diagonal(self.noise_m2, vehicle.position_sigma_m**2)
+        return self._replace(noise_m2=noise, timing=slipped)
 
-    Args:
-        pose: The pad's, by the detector.
-        view: From where it was seen.
-        pad_ned_m: The vector that the covariance is for.
-        calibration: The camera's.
-        uncertainty: Standard deviations behind it.
-        extent_px: How large the pad is in the picture.
-
-    The systematic correction (Eq. 24) changes lengths by a few per cent; its Jacobian is taken as the identity.
-
-    Raises:
-        FixRefusedError: BAD_COVARIANCE if the pose's covariance is not symmetric positive definite.
-    """
-    C = _checked(pose.covariance)
-    R, vehicle = R_from_quaternion(view.q_ned_camera), view.vehicle
-    rate_ned = rotated(vehicle.q_ned_body, vehicle.angular_velocity_body_rps)
-    time_sigma_s = math.hypot(uncertainty.time_s, vehicle.clock_uncertainty_s)
-    unknown_turn2 = vehicle.attitude_sigma_rad**2
-    noise = R @ C[:3, :3] @ R.T + _from_attitude(pad_ned_m, unknown_turn2)
-    noise[_DIAGONAL] += vehicle.position_sigma_m**2
-    displacements = _displacements(R, pose.position_camera_m[2], pad_ned_m, calibration, uncertainty)
-    along_axis = uncertainty.pad_size_px / extent_px * pose.position_camera_m[2]
-    displacements.append((R[0, 2] * along_axis, R[1, 2] * along_axis, R[2, 2] * along_axis))
-    displacements.append(_slip(pad_ned_m, vehicle.velocity_ned_mps, rate_ned, time_sigma_s))
-    J = np.array(displacements)
-    total = noise + J.T @ J
-    total[_DIAGONAL] += uncertainty.position_m**2
-    down_in_camera = R[2]
-    azimuth_noise = float(down_in_camera @ C[3:, 3:] @ down_in_camera) + unknown_turn2
-    azimuth_noise += (rate_ned[2] * time_sigma_s) ** 2
-    heading_rad = math.radians(uncertainty.yaw_deg)
-    return FixCovariance(
-        position_ned_m2=tuple(total.ravel().tolist()),
-        noise_ned_m2=tuple(noise.ravel().tolist()),
-        shared=SharedErrors(**dict(zip(_NAMES, displacements, strict=True)), heading_rad=heading_rad),
-        azimuth_rad2=azimuth_noise + heading_rad**2,
-        azimuth_noise_rad2=azimuth_noise,
-    )
+    def total_m2(self, position_sigma_m: float) -> Flat3:
+        """Noise, all that is shared, and the uncertainty of the vehicle's position, m^2."""
+        noise, *shared = self
+        nn = ne = nd = ee = ed = dd = 0.0
+        for n, e, d in shared:
+            nn += n * n
+            ne += n * e
+            nd += n * d
+            ee += e * e
+            ed += e * d
+            dd += d * d
+        a, b, c, _, f, g, _, _, i = _with_diagonal(noise, position_sigma_m**2)
+        ne, nd, ed = b + ne, c + nd, g + ed
+        return (a + nn, ne, nd, ne, f + ee, ed, nd, ed, i + dd)
 
 
-def _displacements(
-    R: Matrix, depth_m: float, pad_ned_m: Vector3, calibration: CameraCalibration, uncertainty: FixUncertainty
-) -> list[Vector3]:
-    """Where one sigma of attitude, heading, focal length and principal point puts the pad, in the order of `_NAMES`."""
-    n, e, d = pad_ned_m
-    tilt, heading = math.radians(uncertainty.roll_pitch_deg), math.radians(uncertainty.yaw_deg)
-    across, along, axis = R.T.tolist()
-    x = uncertainty.principal_point_px * depth_m / calibration.fx_px
-    y = uncertainty.principal_point_px * depth_m / calibration.fy_px
-    z = uncertainty.focal_fraction * depth_m
-    return [
-        (0.0, -tilt * d, tilt * e),
-        (tilt * d, 0.0, -tilt * n),
-        (-heading * e, heading * n, 0.0),
-        (axis[0] * z, axis[1] * z, axis[2] * z),
-        (across[0] * x, across[1] * x, across[2] * x),
-        (along[0] * y, along[1] * y, along[2] * y),
-    ]
+class ErrorModel:
+    """The errors of the chain, by their standard deviations."""
+
+    def __init__(self, uncertainty: FixUncertainty, scale: Vector3 = (1.0, 1.0, 1.0)) -> None:
+        """Take the settings.
+
+        Args:
+            uncertainty: The standard deviations.
+            scale: By what places in the camera's frame are multiplied before they are turned to NED.
+        """
+        self._tilt_rad = math.radians(uncertainty.roll_pitch_deg)
+        self.heading_rad = math.radians(uncertainty.yaw_deg)
+        """Of heading and mount, rad."""
+        self._time_s = uncertainty.time_s
+        self._focal_fraction = uncertainty.focal_fraction
+        self._principal_point_px = uncertainty.principal_point_px
+        self._pad_size_px = uncertainty.pad_size_px
+        self._scale = scale
+
+    def time_sigma_s(self, vehicle: Pose) -> float:
+        """Of the capture time against the pose's, seconds."""
+        return math.hypot(self._time_s, vehicle.clock_uncertainty_s)
+
+    def spread(
+        self, pose: MarkerPose, view: View, pad_ned_m: Vector3, calibration: CameraCalibration, extent_px: float
+    ) -> Spread:
+        """Corners, lens, attitude and mount, and the turn that a wrong time leads to, of the vector from the vehicle to the pad.
+
+        The mount's error is taken with the attitude's: the lever between vehicle and camera is short.
+
+        Args:
+            pose: The pad's, by the detector.
+            view: From where it was seen.
+            pad_ned_m: The vector, before its systematic error is removed.
+            calibration: The camera's.
+            extent_px: How large the pad is in the picture.
+
+        Raises:
+            FixRefusedError: BAD_COVARIANCE if the pose's covariance is not symmetric positive definite.
+        """
+        C = pose.covariance
+        _check(C)
+        vehicle, R = view.vehicle, view.R_ned_camera
+        sx, sy, sz = self._scale
+        across, along, axis = (R[0], R[3], R[6]), (R[1], R[4], R[7]), (R[2], R[5], R[8])
+        scaled = (sx * R[0], sy * R[1], sz * R[2], sx * R[3], sy * R[4], sz * R[5], sx * R[6], sy * R[7], sz * R[8])
+        corners = congruent(scaled, (C[0], C[1], C[2], C[6], C[7], C[8], C[12], C[13], C[14]))
+        depth_m = sz * pose.position_camera_m[2]
+        principal_m = self._principal_point_px * depth_m
+        n, e, d = pad_ned_m
+        tilt, heading = self._tilt_rad, self.heading_rad
+        time_s = self.time_sigma_s(vehicle)
+        p, q, r = rotated(vehicle.q_ned_body, vehicle.angular_velocity_body_rps)
+        return Spread(
+            noise_m2=_with_turn(corners, pad_ned_m, vehicle.attitude_sigma_rad**2),
+            tilt_north=(0.0, -tilt * d, tilt * e),
+            tilt_east=(tilt * d, 0.0, -tilt * n),
+            heading=(-heading * e, heading * n, 0.0),
+            range=_scaled(axis, self._focal_fraction * depth_m),
+            principal_x=_scaled(across, principal_m / calibration.fx_px),
+            principal_y=_scaled(along, principal_m / calibration.fy_px),
+            size=_scaled(axis, self._pad_size_px / extent_px * depth_m),
+            timing=(time_s * (q * d - r * e), time_s * (r * n - p * d), time_s * (p * e - q * n)),
+        )
+
+    def azimuth_noise_rad2(self, pose: MarkerPose, view: View) -> float:
+        """Variance of the part of the azimuth's error that is new in each fix: corners, the turn between samples, timing."""
+        vehicle, C = view.vehicle, pose.covariance
+        _, _, _, _, _, _, a, b, c = view.R_ned_camera
+        corners = (
+            a * (a * C[21] + b * C[22] + c * C[23])
+            + b * (a * C[27] + b * C[28] + c * C[29])
+            + c * (a * C[33] + b * C[34] + c * C[35])
+        )
+        rate_down_rps = rotated(vehicle.q_ned_body, vehicle.angular_velocity_body_rps)[2]
+        return corners + vehicle.attitude_sigma_rad**2 + (rate_down_rps * self.time_sigma_s(vehicle)) ** 2
+
+    def shared_errors(self, spread: Spread) -> SharedErrors:
+        """The form in which what is shared travels."""
+        return SharedErrors(
+            tilt_north_ned_m=spread.tilt_north,
+            tilt_east_ned_m=spread.tilt_east,
+            heading_ned_m=spread.heading,
+            range_ned_m=spread.range,
+            principal_x_ned_m=spread.principal_x,
+            principal_y_ned_m=spread.principal_y,
+            size_ned_m=spread.size,
+            timing_ned_m=spread.timing,
+            heading_rad=self.heading_rad,
+        )
 
 
-def _checked(covariance: Matrix6) -> Matrix:
-    C = np.array(covariance).reshape(6, 6)
-    scale = np.abs(C).max()
-    if scale > _MAX_VARIANCE or np.abs(C - C.T).max() > _SYMMETRY_TOLERANCE * scale:
+def _check(C: Sequence[float]) -> None:
+    """Refuse a 6x6 matrix that is no covariance."""
+    largest = max(C[0], C[7], C[14], C[21], C[28], C[35])
+    if not largest <= _MAX_VARIANCE or not _is_symmetric(C, _SYMMETRY_TOLERANCE * largest):
         raise FixRefusedError(FixVerdict.BAD_COVARIANCE, "the pose's covariance is huge or not symmetric")
-    try:
-        np.linalg.cholesky(C)
-    except np.linalg.LinAlgError:
-        raise FixRefusedError(FixVerdict.BAD_COVARIANCE, "the pose's covariance is not positive definite") from None
-    return C
+    if not is_positive_definite(C, 6):
+        raise FixRefusedError(FixVerdict.BAD_COVARIANCE, "the pose's covariance is not positive definite")
 
 
-def _from_attitude(pad_ned_m: Vector3, variance: float) -> Matrix:
-    """Covariance of rotation x vector for a small rotation of that variance about each axis: variance (|v|^2 I - v v^T)."""
-    v = np.array(pad_ned_m)
-    return np.asarray(variance * (v @ v * np.eye(3) - np.outer(v, v)))
+def _is_symmetric(C: Sequence[float], tolerance: float) -> bool:
+    for i in range(5):
+        row, column = C[7 * i + 1 : 6 * i + 6], C[7 * i + 6 :: 6]
+        if row != column and not all(abs(a - b) <= tolerance for a, b in zip(row, column, strict=True)):
+            return False
+    return True
 
 
-def _slip(pad_ned_m: Vector3, velocity_mps: Vector3, rate_ned_rps: Vector3, time_s: float) -> Vector3:
-    """A pose that is late by dt misplaces the pad by dt (velocity + rate x vector)."""
-    (n, e, d), (p, q, r), (vn, ve, vd) = pad_ned_m, rate_ned_rps, velocity_mps
-    return (time_s * (vn + q * d - r * e), time_s * (ve + r * n - p * d), time_s * (vd + p * e - q * n))
+def _with_turn(C: Flat3, v: Vector3, variance: float) -> Flat3:
+    """Plus the covariance of rotation x v for a small rotation of that variance about each axis: variance (|v|^2 I - v v^T)."""
+    if variance == 0.0:
+        return C
+    nn, ne, nd, en, ee, ed, dn, de, dd = C
+    n, e, d = v
+    vn, ve, vd = variance * n, variance * e, variance * d
+    return (
+        nn + ve * e + vd * d, ne - vn * e, nd - vn * d,
+        en - vn * e, ee + vn * n + vd * d, ed - ve * d,
+        dn - vn * d, de - ve * d, dd + vn * n + ve * e,
+    )  # fmt: skip
+
+
+def _with_diagonal(C: Flat3, variance: float) -> Flat3:
+    nn, ne, nd, en, ee, ed, dn, de, dd = C
+    return (nn + variance, ne, nd, en, ee + variance, ed, dn, de, dd + variance)
+
+
+def _scaled(v: Vector3, factor: float) -> Vector3:
+    n, e, d = v
+    return (factor * n, factor * e, factor * d)

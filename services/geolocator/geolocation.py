@@ -3,86 +3,103 @@
 import math
 
 from alight.geometry.azimuth import pad_azimuth
-from alight.geometry.local import moved_by_ned
 from alight.geometry.rotation import quaternion_multiply, quaternion_normalised
 from schemas.calibration import CameraCalibration
 from schemas.detection import Detection, PadView
 from schemas.fix import FixVerdict, PadFix, PadPosition
 from schemas.message import Vector3
-from schemas.settings.geolocator import Correction, GeolocatorSettings
-from services.geolocator.correction import corrected_azimuth, corrected_vector
-from services.geolocator.covariance import fix_covariance
-from services.geolocator.installation import true_position
+from schemas.settings.geolocator import GeolocatorSettings
+from services.geolocator.correction import corrected_azimuth, corrected_vector, correction_jacobian
+from services.geolocator.covariance import ErrorModel
+from services.geolocator.installation import Installation
 from services.geolocator.planar import PlanarSolution, choose
 from services.geolocator.pose_history import Pose
 from services.geolocator.refusal import FixRefusedError
 from services.geolocator.view import View
 
 
-def geolocate(
-    detection: Detection,
-    pad: PadView,
-    believed: View,
-    true: View,
-    calibration: CameraCalibration,
-    settings: GeolocatorSettings,
-    *,
-    now_ns: int,
-) -> PadFix:
-    """The fix.
+class Geolocation:
+    """The chain, with what of it the settings fix."""
 
-    Args:
-        detection: What the fix descends from.
-        pad: The pad in it.
-        believed: The vehicle's pose and the camera's mount at capture time.
-        true: The same with all that an extrinsic correction knows of them; otherwise the same again.
-        calibration: The camera's.
-        settings: The geolocator's.
-        now_ns: For the latency, UTC ns.
+    def __init__(self, settings: GeolocatorSettings) -> None:
+        self._correction = settings.correction
+        self._position_sigma_m = settings.uncertainty.position_m
+        self._tilt_rad = math.radians(settings.uncertainty.roll_pitch_deg)
+        self._max_pad_tilt_rad = math.radians(settings.level.max_pad_tilt_deg)
+        extrinsic = settings.correction.method == "extrinsic"
+        self.installation = Installation(settings.correction.extrinsic) if extrinsic else None
+        """What an extrinsic correction knows of the camera; None without one."""
+        self._errors = (
+            ErrorModel(settings.uncertainty)
+            if self.installation is None
+            else ErrorModel(settings.uncertainty, self.installation.scale)
+        )
 
-    Raises:
-        FixRefusedError: With the verdict.
-        ValueError: If the arithmetic ends in NaN, infinity, no rotation or no place.
-    """
-    vehicle = true.vehicle
-    attitude_sigma_rad = math.hypot(math.radians(settings.uncertainty.roll_pitch_deg), vehicle.attitude_sigma_rad)
-    max_tilt_rad = math.radians(settings.level.max_pad_tilt_deg)
-    solution = choose(pad, true.q_ned_camera, max_tilt_rad, attitude_sigma_rad)
-    raw, corrected = _raw_and_corrected(solution, believed, true, settings.correction)
-    covariance = fix_covariance(
-        solution.pose, true, corrected.pad_ned_m, calibration, settings.uncertainty, pad.extent_px
-    )
-    return PadFix(
-        captured_at_ns=detection.captured_at_ns,
-        hops=detection.hops,
-        verdict=FixVerdict.ACCEPTED,
-        detail=_account(pad, solution, vehicle),
-        raw=raw,
-        corrected=corrected,
-        covariance_ned_m2=covariance.position_ned_m2,
-        azimuth_variance_rad2=covariance.azimuth_rad2,
-        noise_covariance_ned_m2=covariance.noise_ned_m2,
-        azimuth_noise_rad2=covariance.azimuth_noise_rad2,
-        shared=covariance.shared,
-        vehicle_position=vehicle.position,
-        pose_offset_s=vehicle.offset_s,
-        latency_s=(now_ns - detection.captured_at_ns) * 1e-9,
-    )
+    def fix(
+        self,
+        detection: Detection,
+        pad: PadView,
+        believed: View,
+        true: View,
+        calibration: CameraCalibration,
+        *,
+        now_ns: int,
+    ) -> PadFix:
+        """The fix.
 
+        Args:
+            detection: What the fix descends from.
+            pad: The pad in it.
+            believed: The vehicle's pose and the camera's at capture time.
+            true: The same with all that an extrinsic correction knows of them; otherwise the same again.
+            calibration: The camera's.
+            now_ns: For the latency, UTC ns.
 
-def _raw_and_corrected(
-    solution: PlanarSolution, believed: View, true: View, correction: Correction
-) -> tuple[PadPosition, PadPosition]:
-    position_camera_m = solution.pose.position_camera_m
-    raw = _placed(believed, believed.ned_of(position_camera_m), solution)
-    if correction.method == "none":
-        return raw, raw
-    if correction.method == "extrinsic":
-        return raw, _placed(true, true.ned_of(true_position(position_camera_m, correction.extrinsic)), solution)
-    pad_ned_m = corrected_vector(raw.pad_ned_m, correction)
-    position = moved_by_ned(believed.vehicle.position, pad_ned_m)
-    azimuth_rad = corrected_azimuth(raw.azimuth_rad, correction)
-    return raw, PadPosition(pad_ned_m=pad_ned_m, position=position, azimuth_rad=azimuth_rad)
+        Raises:
+            FixRefusedError: With the verdict.
+            ValueError: If the arithmetic ends in NaN, infinity, no rotation or no place.
+        """
+        vehicle = true.vehicle
+        solution = choose(pad, true, self._max_pad_tilt_rad, math.hypot(self._tilt_rad, vehicle.attitude_sigma_rad))
+        raw = _placed(believed, believed.ned_of(solution.pose.position_camera_m), solution)
+        corrected = self._corrected(raw, solution, true)
+        seen_m = raw.pad_ned_m if self.installation is None else corrected.pad_ned_m
+        spread = self._errors.spread(solution.pose, true, seen_m, calibration, pad.extent_px)
+        jacobian = correction_jacobian(seen_m, self._correction) if self.installation is None else None
+        if jacobian is not None:
+            spread = spread.through(jacobian)
+        spread = spread.as_place(vehicle, self._errors.time_sigma_s(vehicle))
+        azimuth_noise_rad2 = self._errors.azimuth_noise_rad2(solution.pose, true)
+        return PadFix(
+            captured_at_ns=detection.captured_at_ns,
+            hops=detection.hops,
+            verdict=FixVerdict.ACCEPTED,
+            detail=_account(pad, solution, vehicle),
+            raw=raw,
+            corrected=corrected,
+            covariance_ned_m2=spread.total_m2(self._position_sigma_m),
+            azimuth_variance_rad2=azimuth_noise_rad2 + self._errors.heading_rad**2,
+            noise_covariance_ned_m2=spread.noise_m2,
+            azimuth_noise_rad2=azimuth_noise_rad2,
+            shared=self._errors.shared_errors(spread),
+            vehicle_position=vehicle.position,
+            pose_offset_s=vehicle.offset_s,
+            latency_s=(now_ns - detection.captured_at_ns) * 1e-9,
+        )
+
+    def _corrected(self, raw: PadPosition, solution: PlanarSolution, true: View) -> PadPosition:
+        if self._correction.method == "none":
+            return raw
+        if self.installation is not None:
+            x, y, z = solution.pose.position_camera_m
+            sx, sy, sz = self.installation.scale
+            return _placed(true, true.ned_of((sx * x, sy * y, sz * z)), solution)
+        pad_ned_m = corrected_vector(raw.pad_ned_m, self._correction)
+        return PadPosition(
+            pad_ned_m=pad_ned_m,
+            position=true.vehicle.frame.point_at(*pad_ned_m),
+            azimuth_rad=corrected_azimuth(raw.azimuth_rad, self._correction),
+        )
 
 
 def _placed(view: View, pad_ned_m: Vector3, solution: PlanarSolution) -> PadPosition:
@@ -93,14 +110,13 @@ def _placed(view: View, pad_ned_m: Vector3, solution: PlanarSolution) -> PadPosi
     q_ned_marker = quaternion_multiply(view.q_ned_camera, quaternion_normalised(solution.pose.q_camera_marker))
     return PadPosition(
         pad_ned_m=pad_ned_m,
-        position=moved_by_ned(view.vehicle.position, pad_ned_m),
+        position=view.vehicle.frame.point_at(*pad_ned_m),
         azimuth_rad=pad_azimuth(q_ned_marker),
     )
 
 
 def _account(pad: PadView, solution: PlanarSolution, vehicle: Pose) -> str:
-    number = pad.poses.index(solution.pose) + 1
     return (
-        f"solution {number} of {len(pad.poses)}, tilt {math.degrees(solution.tilt_rad):.1f} of at most "
+        f"solution {solution.number} of {len(pad.poses)}, tilt {math.degrees(solution.tilt_rad):.1f} of at most "
         f"{math.degrees(solution.allowed_tilt_rad):.1f} deg, pose {'extrapolated' if vehicle.offset_s > 0.0 else 'interpolated'}"
     )

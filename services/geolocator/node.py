@@ -14,13 +14,11 @@ from schemas.fix import FixVerdict, PadFix
 from schemas.settings import Settings
 from schemas.vehicle import GimbalState, VehicleState
 from services.geolocator.camera_mount import CameraMount
-from services.geolocator.geolocation import geolocate
-from services.geolocator.installation import as_installed
-from services.geolocator.pad_heading import PadHeading
+from services.geolocator.geolocation import Geolocation
 from services.geolocator.pad_sight import pad_in
 from services.geolocator.pose_history import PoseHistory
 from services.geolocator.refusal import FixRefusedError
-from services.geolocator.view import View
+from services.geolocator.view import view_from
 
 _COMPLAIN_AFTER = 10
 
@@ -39,7 +37,8 @@ class Geolocator(Node):
         self._settings = settings.geolocator
         self._poses = PoseHistory(self._settings.lookup, self._settings.uncertainty)
         self._mount = CameraMount(self._settings.mount, self._settings.lookup)
-        self._heading = PadHeading(self._settings.heading, self._settings.uncertainty.yaw_deg)
+        self._geolocation = Geolocation(self._settings)
+        self._latency_ns = nanoseconds(self._settings.correction.extrinsic.image_latency_s)
         self._calibration: CameraCalibration | None = None
         self._newest_capture_ns = -1
         self._counters: Counter[str] = Counter()
@@ -98,15 +97,19 @@ class Geolocator(Node):
         seen_at_ns = captured_at_ns + nanoseconds(pad.rows_after_s)
         looked_at_ns = seen_at_ns if self._settings.lookup.pose == "capture" else self._poses.newest_ns(captured_at_ns)
         latency_s = self._settings.lookup.image_latency_s if self._settings.lookup.pose == "capture" else 0.0
-        believed = self._view_at(looked_at_ns - nanoseconds(latency_s))
+        mount, installation = self._mount, self._geolocation.installation
+        believed_ns = looked_at_ns - nanoseconds(latency_s)
+        q_body_camera = mount.q_body_camera(believed_ns)
+        believed = view_from(self._poses.at(believed_ns), q_body_camera, mount.camera_in_body_m)
         true = believed
-        if self._settings.correction.method == "extrinsic":
-            extrinsic = self._settings.correction.extrinsic
-            true = as_installed(self._view_at(looked_at_ns - nanoseconds(extrinsic.image_latency_s)), extrinsic)
-        return geolocate(detection, pad, believed, true, self._calibration, self._settings, now_ns=now_ns)
-
-    def _view_at(self, at_ns: int) -> View:
-        return View(self._poses.at(at_ns), self._mount.q_body_gimbal(at_ns), self._mount.camera_in_body_m)
+        if installation is not None:
+            light_ns = looked_at_ns - self._latency_ns
+            true = view_from(
+                self._poses.at(light_ns),
+                installation.q_body_camera(mount.q_body_camera(light_ns)),
+                installation.camera_in_body_m(mount.camera_in_body_m),
+            )
+        return self._geolocation.fix(detection, pad, believed, true, self._calibration, now_ns=now_ns)
 
     def _count(self, fix: PadFix) -> None:
         self._counters[f"fix_{fix.verdict}"] += 1

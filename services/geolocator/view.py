@@ -1,26 +1,36 @@
 """From where, and which way, the camera looked at capture time."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
-from alight.geometry.frames import ned_from_camera, q_body_camera
-from alight.geometry.rotation import quaternion_multiply
+from alight.geometry.flat_matrix import Flat3, flat_rotation, times
+from alight.geometry.rotation import quaternion_multiply, rotated
 from schemas.message import Quaternion, Vector3
 from services.geolocator.pose_history import Pose
 
 
-@dataclass(frozen=True)
-class View:
-    """The vehicle's pose and the camera's mount at one moment."""
+class View(NamedTuple):
+    """The vehicle's pose and the camera's at one moment."""
 
     vehicle: Pose
-    q_body_gimbal: Quaternion
-    camera_in_body_m: Vector3
-
-    @property
-    def q_ned_camera(self) -> Quaternion:
-        """Takes camera to NED coordinates."""
-        return quaternion_multiply(self.vehicle.q_ned_body, q_body_camera(self.q_body_gimbal))
+    q_ned_camera: Quaternion
+    R_ned_camera: Flat3
+    camera_ned_m: Vector3
+    """From the vehicle to the camera, north, east, down, metres."""
 
     def ned_of(self, p_camera_m: Vector3) -> Vector3:
         """A point in camera coordinates, from the vehicle in NED, metres (Eq. 1)."""
-        return ned_from_camera(p_camera_m, self.vehicle.q_ned_body, self.q_body_gimbal, self.camera_in_body_m)
+        north, east, down = times(self.R_ned_camera, p_camera_m)
+        camera_n, camera_e, camera_d = self.camera_ned_m
+        return (camera_n + north, camera_e + east, camera_d + down)
+
+
+def view_from(vehicle: Pose, q_body_camera: Quaternion, camera_in_body_m: Vector3) -> View:
+    """The view of a camera that sits there in the body frame, turned like that.
+
+    Args:
+        vehicle: Its pose.
+        q_body_camera: Takes camera to body coordinates; unit quaternion.
+        camera_in_body_m: Forward, right, down, metres.
+    """
+    q_ned_camera = quaternion_multiply(vehicle.q_ned_body, q_body_camera)
+    return View(vehicle, q_ned_camera, flat_rotation(q_ned_camera), rotated(vehicle.q_ned_body, camera_in_body_m))
