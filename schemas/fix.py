@@ -36,6 +36,33 @@ class FixVerdict(StrEnum):
     """The detection's covariance is not symmetric positive definite: nobody knows how sure it is."""
     OUT_OF_ORDER = "out_of_order"
     """The capture is not later than that of the detection before."""
+    NO_HEIGHT = "no_height"
+    """`bearing` needs the height above the pad, and the pad's altitude is not in the settings."""
+    TOO_FLAT = "too_flat"
+    """The line of sight is so near the horizon that the height does not tell how far the pad is."""
+
+
+class FixInput(StrEnum):
+    """What a fix was made of."""
+
+    PICTURE_POSE = "picture_pose"
+    """The pad's pose by its corners in the picture."""
+    LINE_OF_SIGHT = "line_of_sight"
+    """Of that pose only the direction to the pad's centre, and the azimuth."""
+    HEIGHT = "height"
+    """The height above the pad: the vehicle's altitude minus the pad's in the settings."""
+    LEVEL_PRIOR = "level_prior"
+    """That the pad lies flat: it decided between the two poses that its picture allows, for the one that fits the corners less."""
+    POSE_INTERPOLATED = "pose_interpolated"
+    """The vehicle's pose between two of its states."""
+    POSE_EXTRAPOLATED = "pose_extrapolated"
+    """The vehicle's pose beyond its newest state."""
+    FIXED_MOUNT = "fixed_mount"
+    """The camera's orientation by the settings."""
+    GIMBAL = "gimbal"
+    """The camera's orientation by the angles that a gimbal reported."""
+    CORRECTION = "correction"
+    """A correction of the installation's systematic error."""
 
 
 class PadPosition(Part):
@@ -70,7 +97,7 @@ class SharedErrors(Part):
     timing_ned_m: Vector3
     """Capture time against the time of the pose: along the pad's apparent motion."""
     size_ned_m: Vector3 = (0.0, 0.0, 0.0)
-    """Size of the pad in the picture: along the optical axis. It passes as the pad grows."""
+    """Size of the pad in the picture: along the line of sight. It passes as the pad grows."""
     height_ned_m: Vector3 = (0.0, 0.0, 0.0)
     """Height above the pad by the vehicle's altitude, as far as the fix takes that."""
     heading_rad: Annotated[float, Field(ge=0.0)]
@@ -84,10 +111,14 @@ class PadFix(Traced):
     """ACCEPTED, or why there is no fix; the other fields are then absent."""
     detail: ShortText = ""
     """The verdict in words, with numbers."""
+    method: ShortText = ""
+    """How it was made: `pnp`, `bearing` or `fused`."""
+    inputs: Annotated[tuple[FixInput, ...], Field(max_length=16)] = ()
+    """What it was made of."""
     raw: PadPosition | None = None
-    """Before the systematic error is removed."""
+    """By the picture alone, before the systematic error is removed."""
     corrected: PadPosition | None = None
-    """After it (Eq. 22-26)."""
+    """After it (Eq. 22-26), and with the height above the pad where the method takes that: what is steered by."""
     covariance_ned_m2: Matrix3 | None = None
     """Covariance of the corrected `pad_ned_m` as a place in the vehicle's navigation solution, m^2."""
     azimuth_variance_rad2: Annotated[float, Field(ge=0.0)] | None = None

@@ -58,16 +58,17 @@ class PoseLookup(Section):
     """How far from a capture the nearest gimbal angles may be, seconds, once a gimbal has reported any."""
 
 
-class SurveyedHeading(Section):
-    """Takes the heading from how the pad is turned in the picture instead of from the compass, where the pad's azimuth is known well."""
+class PadHeight(Section):
+    """How high the vehicle is above the pad by its own altitude, which `bearing` needs and `fused` takes beside the picture."""
 
-    pad_azimuth_deg: float | None = Field(default=None, ge=-360.0, le=360.0)
-    """Azimuth of the print's upward direction as surveyed, or as `alight calibrate bias` found it, degrees from north, clockwise; left out, the
-    compass alone counts. For a pad that stays where it is."""
-    sigma_deg: float = Field(default=0.1, ge=0.0, le=45.0)
-    """How well it is known, one sigma, degrees."""
-    time_s: float = Field(default=60.0, gt=0.0, le=3600.0)
-    """How long the compass's error lasts (first-order Gauss-Markov process of the size `uncertainty.yaw_deg`), seconds."""
+    pad_altitude_amsl_m: float | None = Field(default=None, ge=-1e3, le=1e4)
+    """Altitude of the pad above mean sea level, as the vehicle's navigation solution has it or would have it, metres. None where it is
+    not known: `bearing` then refuses, and `fused` does without."""
+    sigma_m: float = Field(default=1.0, gt=0.0, le=100.0)
+    """Standard deviation of the vehicle's altitude above it, metres: the error of the navigation solution and of the survey. About a metre
+    by GNSS and barometer, a few centimetres with RTK."""
+    gate_sigma: float = Field(default=3.0, gt=0.0, le=100.0)
+    """`fused`: a height that differs from the picture's by more than this many standard deviations of both is left out."""
 
 
 class LevelPrior(Section):
@@ -165,6 +166,10 @@ PAPER_MEDIAN_CORRECTION = Correction(
 class GeolocatorSettings(Section):
     """How a detection becomes a place on the earth."""
 
+    method: Literal["pnp", "bearing", "fused"] = "fused"
+    """`pnp` takes the pad's pose by its corners (the paper). `bearing` takes of it the line of sight to the pad's centre, and the distance
+    from the height above the pad. `fused` takes both, weighted by their covariances."""
+    height: PadHeight = PadHeight()
     mount: Mount = Mount()
     lookup: PoseLookup = PoseLookup()
     level: LevelPrior = LevelPrior()

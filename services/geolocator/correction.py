@@ -28,15 +28,13 @@ def corrected_vector(pad_ned_m: Vector3, correction: Correction) -> Vector3:
     return (radius_m * math.cos(theta), radius_m * math.sin(theta), down - correction.beta_d_m)
 
 
-def correction_jacobian(pad_ned_m: Vector3, correction: Correction) -> Flat3 | None:
-    """How the corrected vector changes with the one that goes in, (3, 3); None for not at all (`method = "none"`).
+def correction_jacobian(pad_ned_m: Vector3, correction: Correction) -> Flat3:
+    """How the corrected vector changes with the one that goes in, (3, 3).
 
     Along the horizontal direction of sight the factor is 1 - alpha_r, across it r'/r, and both are turned by the angle. Near the
     axis, where r is not much larger than beta_r, the direction of sight is mostly noise and r'/r says little: it is then held
     between half and twice 1 - alpha_r, so that neither certainty nor doubt is made of nothing.
     """
-    if correction.method == "none":
-        return None
     north, east, _ = pad_ned_m
     radius_m = math.hypot(north, east)
     along = 1.0 - correction.alpha_r

@@ -33,6 +33,7 @@ class Spread(NamedTuple):
     principal_y: Vector3
     size: Vector3
     timing: Vector3
+    height: Vector3 = (0.0, 0.0, 0.0)
 
     def through(self, jacobian: Flat3) -> "Spread":
         """What becomes of it in a mapping of the vector that has this Jacobian."""
@@ -46,6 +47,23 @@ class Spread(NamedTuple):
         slipped = (n + time_sigma_s * vn, e + time_sigma_s * ve, d + time_sigma_s * vd)
         noise = _with_diagonal(self.noise_m2, vehicle.position_sigma_m**2)
         return self._replace(noise_m2=noise, timing=slipped)
+
+    def pulled(self, gain: Vector3, lasting_m: float, quick_m: float) -> "Spread":
+        """What becomes of it when the vector is pulled by `gain` (height - down) to a height above the pad.
+
+        Args:
+            gain: How far north, east and down for each metre.
+            lasting_m: Standard deviation of the height that neighbouring fixes share, metres.
+            quick_m: That which is new in each, metres.
+        """
+        n, e, d = gain
+        noise, *shared, _ = self
+        quick2 = quick_m**2
+        a, b, c, _, f, g, _, _, i = congruent((1.0, 0.0, -n, 0.0, 1.0, -e, 0.0, 0.0, 1.0 - d), noise)
+        b, c, g = b + quick2 * n * e, c + quick2 * n * d, g + quick2 * e * d
+        pulled = [(x - n * z, y - e * z, z - d * z) for x, y, z in shared]
+        pulled.append(_scaled(gain, lasting_m))
+        return Spread((a + quick2 * n * n, b, c, b, f + quick2 * e * e, g, c, g, i + quick2 * d * d), *pulled)
 
     def total_m2(self, position_sigma_m: float) -> Flat3:
         """Noise, all that is shared, and the uncertainty of the vehicle's position, m^2."""
@@ -124,7 +142,7 @@ class ErrorModel:
             range=_scaled(axis, self._focal_fraction * depth_m),
             principal_x=_scaled(across, principal_m / calibration.fx_px),
             principal_y=_scaled(along, principal_m / calibration.fy_px),
-            size=_scaled(axis, self._pad_size_px / extent_px * depth_m),
+            size=_scaled(times(scaled, pose.position_camera_m), self._pad_size_px / extent_px),
             timing=(time_s * (q * d - r * e), time_s * (r * n - p * d), time_s * (p * e - q * n)),
         )
 
@@ -151,6 +169,7 @@ class ErrorModel:
             principal_y_ned_m=spread.principal_y,
             size_ned_m=spread.size,
             timing_ned_m=spread.timing,
+            height_ned_m=spread.height,
             heading_rad=self.heading_rad,
         )
 

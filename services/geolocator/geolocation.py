@@ -1,19 +1,20 @@
 """One detection brought to the earth: the chain of Eq. 1-2 at capture time."""
 
 import math
+from collections.abc import Iterator
 
 from alight.geometry.azimuth import pad_azimuth
 from alight.geometry.rotation import quaternion_multiply, quaternion_normalised
 from schemas.calibration import CameraCalibration
 from schemas.detection import Detection, PadView
-from schemas.fix import FixVerdict, PadFix, PadPosition
+from schemas.fix import FixInput, FixVerdict, PadFix, PadPosition
 from schemas.message import Vector3
 from schemas.settings.geolocator import GeolocatorSettings
 from services.geolocator.correction import corrected_azimuth, corrected_vector, correction_jacobian
-from services.geolocator.covariance import ErrorModel
+from services.geolocator.covariance import ErrorModel, Spread
 from services.geolocator.installation import Installation
+from services.geolocator.pad_height import PadHeight
 from services.geolocator.planar import PlanarSolution, choose
-from services.geolocator.pose_history import Pose
 from services.geolocator.refusal import FixRefusedError
 from services.geolocator.view import View
 
@@ -22,6 +23,8 @@ class Geolocation:
     """The chain, with what of it the settings fix."""
 
     def __init__(self, settings: GeolocatorSettings) -> None:
+        self._method = settings.method
+        self._height = PadHeight(settings)
         self._correction = settings.correction
         self._position_sigma_m = settings.uncertainty.position_m
         self._tilt_rad = math.radians(settings.uncertainty.roll_pitch_deg)
@@ -62,61 +65,76 @@ class Geolocation:
         vehicle = true.vehicle
         solution = choose(pad, true, self._max_pad_tilt_rad, math.hypot(self._tilt_rad, vehicle.attitude_sigma_rad))
         raw = _placed(believed, believed.ned_of(solution.pose.position_camera_m), solution)
-        corrected = self._corrected(raw, solution, true)
-        seen_m = raw.pad_ned_m if self.installation is None else corrected.pad_ned_m
-        spread = self._errors.spread(solution.pose, true, seen_m, calibration, pad.extent_px)
-        jacobian = correction_jacobian(seen_m, self._correction) if self.installation is None else None
-        if jacobian is not None:
-            spread = spread.through(jacobian)
-        spread = spread.as_place(vehicle, self._errors.time_sigma_s(vehicle))
+        corrected_m, azimuth_rad, spread = self._corrected(raw, pad, solution, true, calibration)
+        sighted = self._height.applied(corrected_m, spread, true)
+        corrected = raw if sighted.pad_ned_m is raw.pad_ned_m else _at(true, sighted.pad_ned_m, azimuth_rad)
         azimuth_noise_rad2 = self._errors.azimuth_noise_rad2(solution.pose, true)
         return PadFix(
             captured_at_ns=detection.captured_at_ns,
             hops=detection.hops,
             verdict=FixVerdict.ACCEPTED,
-            detail=_account(pad, solution, vehicle),
+            detail=_account(pad, solution) + sighted.remark,
+            method=self._method,
+            inputs=(*sighted.inputs, *self._inputs(pad, solution, true)),
             raw=raw,
             corrected=corrected,
-            covariance_ned_m2=spread.total_m2(self._position_sigma_m),
+            covariance_ned_m2=sighted.spread.total_m2(self._position_sigma_m),
             azimuth_variance_rad2=azimuth_noise_rad2 + self._errors.heading_rad**2,
-            noise_covariance_ned_m2=spread.noise_m2,
+            noise_covariance_ned_m2=sighted.spread.noise_m2,
             azimuth_noise_rad2=azimuth_noise_rad2,
-            shared=self._errors.shared_errors(spread),
+            shared=self._errors.shared_errors(sighted.spread),
             vehicle_position=vehicle.position,
             pose_offset_s=vehicle.offset_s,
             latency_s=(now_ns - detection.captured_at_ns) * 1e-9,
         )
 
-    def _corrected(self, raw: PadPosition, solution: PlanarSolution, true: View) -> PadPosition:
-        if self._correction.method == "none":
-            return raw
+    def _corrected(
+        self, raw: PadPosition, pad: PadView, solution: PlanarSolution, true: View, calibration: CameraCalibration
+    ) -> tuple[Vector3, float, Spread]:
+        """The vector by the picture without its systematic error, the azimuth, and how sure the vector is."""
+        seen_m, azimuth_rad = raw.pad_ned_m, raw.azimuth_rad
         if self.installation is not None:
             x, y, z = solution.pose.position_camera_m
             sx, sy, sz = self.installation.scale
-            return _placed(true, true.ned_of((sx * x, sy * y, sz * z)), solution)
-        pad_ned_m = corrected_vector(raw.pad_ned_m, self._correction)
-        return PadPosition(
-            pad_ned_m=pad_ned_m,
-            position=true.vehicle.frame.point_at(*pad_ned_m),
-            azimuth_rad=corrected_azimuth(raw.azimuth_rad, self._correction),
-        )
+            seen_m, azimuth_rad = true.ned_of((sx * x, sy * y, sz * z)), pad_azimuth(solution.q_ned_marker)
+            _refuse_above(seen_m)
+        spread = self._errors.spread(solution.pose, true, seen_m, calibration, pad.extent_px)
+        if self._correction.method == "cylindrical":
+            spread = spread.through(correction_jacobian(seen_m, self._correction))
+            seen_m = corrected_vector(seen_m, self._correction)
+            azimuth_rad = corrected_azimuth(azimuth_rad, self._correction)
+        vehicle = true.vehicle
+        return seen_m, azimuth_rad, spread.as_place(vehicle, self._errors.time_sigma_s(vehicle))
+
+    def _inputs(self, pad: PadView, solution: PlanarSolution, view: View) -> Iterator[FixInput]:
+        if solution.pose is not pad.poses[0]:
+            yield FixInput.LEVEL_PRIOR
+        yield FixInput.POSE_EXTRAPOLATED if view.vehicle.offset_s > 0.0 else FixInput.POSE_INTERPOLATED
+        yield FixInput.GIMBAL if view.by_gimbal else FixInput.FIXED_MOUNT
+        if self._correction.method != "none":
+            yield FixInput.CORRECTION
 
 
 def _placed(view: View, pad_ned_m: Vector3, solution: PlanarSolution) -> PadPosition:
+    _refuse_above(pad_ned_m)
+    q_ned_marker = quaternion_multiply(view.q_ned_camera, quaternion_normalised(solution.pose.q_camera_marker))
+    return _at(view, pad_ned_m, pad_azimuth(q_ned_marker))
+
+
+def _at(view: View, pad_ned_m: Vector3, azimuth_rad: float) -> PadPosition:
     if not all(map(math.isfinite, pad_ned_m)):
         raise ValueError(f"vehicle-to-pad vector {pad_ned_m}")
+    position = view.vehicle.frame.point_at(*pad_ned_m)
+    return PadPosition(pad_ned_m=pad_ned_m, position=position, azimuth_rad=azimuth_rad)
+
+
+def _refuse_above(pad_ned_m: Vector3) -> None:
     if pad_ned_m[2] <= 0.0:
         raise FixRefusedError(FixVerdict.ABOVE_VEHICLE, f"the pad would be {-pad_ned_m[2]:.2f} m above the vehicle")
-    q_ned_marker = quaternion_multiply(view.q_ned_camera, quaternion_normalised(solution.pose.q_camera_marker))
-    return PadPosition(
-        pad_ned_m=pad_ned_m,
-        position=view.vehicle.frame.point_at(*pad_ned_m),
-        azimuth_rad=pad_azimuth(q_ned_marker),
-    )
 
 
-def _account(pad: PadView, solution: PlanarSolution, vehicle: Pose) -> str:
+def _account(pad: PadView, solution: PlanarSolution) -> str:
     return (
         f"solution {solution.number} of {len(pad.poses)}, tilt {math.degrees(solution.tilt_rad):.1f} of at most "
-        f"{math.degrees(solution.allowed_tilt_rad):.1f} deg, pose {'extrapolated' if vehicle.offset_s > 0.0 else 'interpolated'}"
+        f"{math.degrees(solution.allowed_tilt_rad):.1f} deg"
     )

@@ -98,9 +98,9 @@ class Geolocator(Node):
         looked_at_ns = seen_at_ns if self._settings.lookup.pose == "capture" else self._poses.newest_ns(captured_at_ns)
         latency_s = self._settings.lookup.image_latency_s if self._settings.lookup.pose == "capture" else 0.0
         mount, installation = self._mount, self._geolocation.installation
-        believed_ns = looked_at_ns - nanoseconds(latency_s)
+        believed_ns, by_gimbal = looked_at_ns - nanoseconds(latency_s), mount.is_measured
         q_body_camera = mount.q_body_camera(believed_ns)
-        believed = view_from(self._poses.at(believed_ns), q_body_camera, mount.camera_in_body_m)
+        believed = view_from(self._poses.at(believed_ns), q_body_camera, mount.camera_in_body_m, by_gimbal=by_gimbal)
         true = believed
         if installation is not None:
             light_ns = looked_at_ns - self._latency_ns
@@ -108,6 +108,7 @@ class Geolocator(Node):
                 self._poses.at(light_ns),
                 installation.q_body_camera(mount.q_body_camera(light_ns)),
                 installation.camera_in_body_m(mount.camera_in_body_m),
+                by_gimbal=by_gimbal,
             )
         return self._geolocation.fix(detection, pad, believed, true, self._calibration, now_ns=now_ns)
 

@@ -73,7 +73,7 @@ class PoseHistory:
             False, with nothing taken, if its time is not later than the newest one's or its attitude is no rotation.
         """
         squared_length = sum(component * component for component in state.q_ned_body)
-        if abs(squared_length - 1.0) > 2.0 * _UNIT_LENGTH_TOLERANCE:
+        if not abs(squared_length - 1.0) <= 2.0 * _UNIT_LENGTH_TOLERANCE:
             return False
         samples = self._samples
         if samples and state.at_ns <= samples[-1].at_ns:

@@ -16,6 +16,8 @@ class View(NamedTuple):
     R_ned_camera: Flat3
     camera_ned_m: Vector3
     """From the vehicle to the camera, north, east, down, metres."""
+    by_gimbal: bool
+    """Whether the camera's orientation is what a gimbal reported."""
 
     def ned_of(self, p_camera_m: Vector3) -> Vector3:
         """A point in camera coordinates, from the vehicle in NED, metres (Eq. 1)."""
@@ -24,13 +26,15 @@ class View(NamedTuple):
         return (camera_n + north, camera_e + east, camera_d + down)
 
 
-def view_from(vehicle: Pose, q_body_camera: Quaternion, camera_in_body_m: Vector3) -> View:
+def view_from(vehicle: Pose, q_body_camera: Quaternion, camera_in_body_m: Vector3, *, by_gimbal: bool) -> View:
     """The view of a camera that sits there in the body frame, turned like that.
 
     Args:
         vehicle: Its pose.
         q_body_camera: Takes camera to body coordinates; unit quaternion.
         camera_in_body_m: Forward, right, down, metres.
+        by_gimbal: Whether the orientation is what a gimbal reported.
     """
     q_ned_camera = quaternion_multiply(vehicle.q_ned_body, q_body_camera)
-    return View(vehicle, q_ned_camera, flat_rotation(q_ned_camera), rotated(vehicle.q_ned_body, camera_in_body_m))
+    R_ned_camera, camera_ned_m = flat_rotation(q_ned_camera), rotated(vehicle.q_ned_body, camera_in_body_m)
+    return View(vehicle, q_ned_camera, R_ned_camera, camera_ned_m, by_gimbal)

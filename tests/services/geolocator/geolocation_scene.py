@@ -16,6 +16,7 @@ from alight.geometry.rotation import (
     quaternion_multiply,
     rotated,
 )
+from alight.markers.pad_pose import mean_side_px
 from alight.runtime.node import Arrival
 from schemas import topics
 from schemas.calibration import CameraCalibration
@@ -112,9 +113,12 @@ class Scene:
         }
         return Marker(**(fields | changes))
 
-    def ippe_marker(self, generator, sigma_px):
-        """The marker as IPPE sees it through noisy corners."""
-        corners = CAMERA.project(self.corners_camera_m()) + generator.normal(0.0, sigma_px, (4, 2))
+    def ippe_marker(self, generator, sigma_px, camera=CAMERA, grown_px=0.0):
+        """The marker as IPPE sees it through noisy corners, a camera that need not be the one that is believed, and blur that makes its
+        sides longer."""
+        true = camera.project(self.corners_camera_m())
+        grown = grown_px / mean_side_px(true.tolist()) * (true - true.mean(axis=0))
+        corners = true + grown + generator.normal(0.0, sigma_px, (4, 2))
         rays = CAMERA.undistorted(corners)
         _, turns, shifts, _ = cv2.solvePnPGeneric(
             np.array(SQUARE), rays, np.eye(3), None, flags=cv2.SOLVEPNP_IPPE_SQUARE

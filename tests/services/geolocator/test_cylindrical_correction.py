@@ -2,12 +2,13 @@
 
 import math
 
+import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from schemas.settings.geolocator import PAPER_MEAN_CORRECTION, PAPER_MEDIAN_CORRECTION, Correction
-from services.geolocator.correction import corrected_azimuth, corrected_vector
+from services.geolocator.correction import corrected_azimuth, corrected_vector, correction_jacobian
 
 PAPER_THETA_FROM_EAST_DEG = {"mean": -4.007078, "median": -4.056872}
 """Table 3, as published: atan(N / E), an angle from east, counted against the azimuth."""
@@ -41,6 +42,23 @@ def measured(true_ned_m, bias):
 def test_bias_in_is_removed(true_ned_m, bias):
     if math.hypot(*true_ned_m[:2]) > 0.3:
         assert corrected_vector(measured(true_ned_m, bias), bias) == pytest.approx(true_ned_m, abs=1e-9)
+
+
+@given(positions, biases)
+def test_jacobian_is_the_derivative_away_from_the_axis(vector, bias):
+    assume(math.hypot(*vector[:2]) > 1.0)
+    J = np.reshape(correction_jacobian(vector, bias), (3, 3))
+    for axis, step in enumerate(np.eye(3) * 1e-5):
+        change = np.subtract(corrected_vector(vector + step, bias), corrected_vector(vector - step, bias))
+        np.testing.assert_allclose(J[:, axis], change / 2e-5, atol=1e-5)
+
+
+@given(st.floats(0.0, 0.02), st.floats(-math.pi, math.pi))
+def test_next_to_the_axis_the_jacobian_claims_neither_certainty_nor_doubt_that_is_not_there(radius, theta):
+    vector = (radius * math.cos(theta), radius * math.sin(theta), 3.0)
+    stretched = np.linalg.svd(np.reshape(correction_jacobian(vector, PAPER_MEAN_CORRECTION), (3, 3)))[1]
+    assert stretched.min() > 0.4
+    assert stretched.max() < 2.1
 
 
 @pytest.mark.parametrize("name", ["mean", "median"])
