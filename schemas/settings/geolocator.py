@@ -93,10 +93,11 @@ class FixUncertainty(Section):
     """Focal length, as a fraction of it: acts on the distance along the optical axis."""
     principal_point_px: Standard = 0.5
     """Principal point, each axis, pixels."""
-    pad_size_px: Standard = 0.05
+    pad_size_px: Standard = 0.025
     """Size of the pad in the picture, pixels: what the corners of a small marker have in common (edges that blur into each other move
-    outwards) does not average out, and acts on the distance by this part of the pad's size. Measured on descents of seeds 10000 to 10019 as
-    0.04 to 0.07 pixels where a marker is 18 to 25 pixels large, and as nothing above 50."""
+    outwards) does not average out, and acts on the distance by this part of the pad's size. Measured with the detector `aided` on
+    descents of seeds 10000 to 10029, the true focal length taken into account, as 0.02 to 0.03 pixels (root mean square of the flights'
+    means) where a marker is 18 to 40 pixels large, and as 0.01 where it is 40 to 65."""
     acceleration_mps2: Standard = 3.0
     """Acceleration that interpolation and extrapolation do not know of, each axis, m/s^2."""
     angular_acceleration_rps2: Standard = 5.0

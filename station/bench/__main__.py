@@ -9,6 +9,7 @@ from station.bench.detection_range import bench_detection_range
 from station.bench.detection_time import bench_detection_time
 from station.bench.estimation import bench_estimation
 from station.bench.fix import bench_fix
+from station.bench.geodesy import bench_geodesy
 from station.bench.lockstep import bench_lockstep
 from station.bench.nested import bench_nested
 from station.bench.nested_landing import bench_nested_landing
@@ -22,6 +23,7 @@ BENCHES = {
     "overhead": bench_overhead,
     "stages": bench_stages,
     "fix": bench_fix,
+    "geodesy": bench_geodesy,
     "estimation": bench_estimation,
     "lockstep": bench_lockstep,
     "campaign": bench_campaign,

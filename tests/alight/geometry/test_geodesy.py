@@ -14,7 +14,9 @@ from alight.geometry.geodesy import (
     ecef_of_point,
     geodetic_from_ecef,
     geodetic_of_point,
+    ned_axes_in_ecef,
 )
+from alight.geometry.rotation import R_z
 
 latitudes = st.floats(-90.0, 90.0)
 longitudes = st.floats(-180.0, 180.0)
@@ -92,6 +94,32 @@ def test_local_axes_are_the_derivatives_of_position(latitude, longitude):
     if abs(latitude) < 89.0:
         east = np.subtract(ecef_of_point(latitude, longitude + 1e-5, 0), ecef_of_point(latitude, longitude - 1e-5, 0))
         np.testing.assert_allclose(R[:, 1], east / np.linalg.norm(east), atol=1e-6)
+
+
+@given(latitudes, longitudes, st.floats(-180.0, 180.0))
+def test_turning_the_earth_about_its_axis_is_adding_to_the_longitude(latitude, longitude, more_deg):
+    """The group of rotations about the axis: ECEF coordinates turn, latitude and height stay, over the antimeridian too."""
+    turned = R_z(math.radians(more_deg)) @ ecef_of_point(latitude, longitude, 100.0)
+    np.testing.assert_allclose(turned, ecef_of_point(latitude, longitude + more_deg, 100.0), rtol=0, atol=1e-6)
+    back = geodetic_of_point(*turned)
+    assert back[0] == pytest.approx(latitude, abs=1e-9)
+    assert back[2] == pytest.approx(100.0, abs=1e-6)
+
+
+@given(latitudes, longitudes, heights)
+def test_north_and_south_are_mirrors(latitude, longitude, height):
+    x, y, z = ecef_of_point(latitude, longitude, height)
+    np.testing.assert_allclose(ecef_of_point(-latitude, longitude, height), (x, y, -z), rtol=0, atol=1e-9)
+    assert geodetic_of_point(x, y, -z)[0] == pytest.approx(-geodetic_of_point(x, y, z)[0], abs=1e-12)
+
+
+@given(latitudes, longitudes, latitudes, longitudes)
+def test_frames_of_two_places_compose(latitude_a, longitude_a, latitude_b, longitude_b):
+    """R_a_b = R_ecef_a^T R_ecef_b is a rotation, its inverse leads back, and a way over a third place is the direct one."""
+    A, B, C = R_ecef_ned(latitude_a, longitude_a), R_ecef_ned(latitude_b, longitude_b), R_ecef_ned(12.0, 34.0)
+    np.testing.assert_allclose((A.T @ B) @ (B.T @ A), np.eye(3), atol=1e-12)
+    np.testing.assert_allclose((A.T @ C) @ (C.T @ B), A.T @ B, atol=1e-12)
+    np.testing.assert_allclose(np.reshape(ned_axes_in_ecef(latitude_a, longitude_a), (3, 3)), A, atol=0)
 
 
 @pytest.mark.parametrize("nonsense", [(0.0, 0.0, 0.0), (math.nan, 0.0, 7e6), (math.inf, 0.0, 0.0)])
