@@ -83,7 +83,7 @@ class SharedErrors(Part):
     """
 
     tilt_north_ned_m: Vector3
-    """Attitude and mount, turned about north."""
+    """Attitude, turned about north; the mount, too, where the settings do not tell them apart."""
     tilt_east_ned_m: Vector3
     """The same about east."""
     heading_ned_m: Vector3
@@ -100,6 +100,10 @@ class SharedErrors(Part):
     """Size of the pad in the picture: along the line of sight. It passes as the pad grows."""
     height_ned_m: Vector3 = (0.0, 0.0, 0.0)
     """Height above the pad by the vehicle's altitude, as far as the fix takes that."""
+    mount_roll_ned_m: Vector3 = (0.0, 0.0, 0.0)
+    """The camera's mount, turned about the body's forward axis: it lasts longer than what the attitude is wrong by."""
+    mount_pitch_ned_m: Vector3 = (0.0, 0.0, 0.0)
+    """The same about the body's right axis."""
     heading_rad: Annotated[float, Field(ge=0.0)]
     """The heading's standard deviation itself, which the azimuth shares, rad."""
 

@@ -44,7 +44,9 @@ class Kalman(Section):
     drift_time_s: Duration = 30.0
     """For how long a drift goes on, seconds."""
     attitude_time_s: Duration = 10.0
-    """For how long an error of roll, pitch and mount lasts, seconds."""
+    """For how long an error of roll and pitch lasts, seconds; that of the mount, too, where fixes do not tell them apart."""
+    mount_time_s: Duration = 3600.0
+    """For how long an error of the camera's mount lasts, seconds, where fixes tell it apart from that of the attitude."""
     heading_time_s: Duration = 60.0
     """For how long an error of the heading lasts, seconds."""
     lens_time_s: Duration = 600.0

@@ -82,7 +82,10 @@ class FixUncertainty(Section):
     """Standard deviations behind a fix's covariance, beyond that of the corners."""
 
     roll_pitch_deg: Standard = 0.5
-    """Attitude and mount, about each horizontal axis, degrees."""
+    """Attitude, about each horizontal axis, degrees; and the mount, unless the next key says that separately."""
+    mount_roll_pitch_deg: Standard = 0.0
+    """The camera's mount alone, about the body's forward and right axes, degrees: it stays for the whole flight, where an error of the
+    attitude passes. 0 where `roll_pitch_deg` counts it in."""
     yaw_deg: Standard = 1.5
     """Heading and mount, about the vertical axis, degrees."""
     time_s: Standard = 0.005

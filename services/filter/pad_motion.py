@@ -9,9 +9,9 @@ from schemas.settings.filter import Kalman
 
 Array = NDArray[np.float64]
 
-PLACE, DRIFT, SHARED = slice(0, 3), slice(3, 6), slice(6, 15)
-SIZE = 15
-"""Place (3), drift (3), lasting errors (9) in the order of `Sighting.shared_m`."""
+PLACE, DRIFT, SHARED = slice(0, 3), slice(3, 6), slice(6, 17)
+SIZE = 17
+"""Place (3), drift (3), lasting errors (11) in the order of `Sighting.shared_m`."""
 
 
 class PadMotion:
@@ -38,12 +38,14 @@ class PadMotion:
             settings.timing_time_s,
             settings.size_time_s,
             settings.height_time_s,
+            settings.mount_time_s,
+            settings.mount_time_s,
         )
         self._azimuth_wander2 = math.radians(settings.azimuth_wander_deg) ** 2
         self._last: tuple[float, Array, Array] | None = None
 
     def over(self, ahead_s: float) -> tuple[Array, Array]:
-        """The transition F and the covariance Q of what comes to it, (15, 15) each: x' = F x, P' = F P F^T + Q. Not to be changed."""
+        """The transition F and the covariance Q of what comes to it, (17, 17) each: x' = F x, P' = F P F^T + Q. Not to be changed."""
         if self._last is None or self._last[0] != ahead_s:
             self._last = (ahead_s, *self._computed(ahead_s))
         return self._last[1:]

@@ -40,7 +40,7 @@ class Innovation(NamedTuple):
     white: Array
     """(3,), the innovation in units of its own standard deviations: L^-1 away."""
     gain_m: Array
-    """(15, 3), covariance of the state with the whitened innovation: what the state learns of each of its parts."""
+    """(17, 3), covariance of the state with the whitened innovation: what the state learns of each of its parts."""
     turn_rad: float
     """The azimuth's sighting minus expectation."""
     turn_variance_rad2: float
@@ -49,7 +49,7 @@ class Innovation(NamedTuple):
 
 
 class PadTrack:
-    """State: place (3), drift (3), lasting errors (9), and apart from these the azimuth."""
+    """State: place (3), drift (3), lasting errors (11), and apart from these the azimuth."""
 
     def __init__(self, sighting: Sighting, settings: Kalman, motion: PadMotion) -> None:
         """Begin at a sighting."""

@@ -29,7 +29,7 @@ class Sighting(NamedTuple):
     noise_m2: Array
     """(3, 3), covariance of the part of the error that is new in each fix."""
     H: Array
-    """(3, 15), the place as it is seen, of the state: the place itself, nothing of its drift, and where one standard deviation of each
+    """(3, 17), the place as it is seen, of the state: the place itself, nothing of its drift, and where one standard deviation of each
     lasting error puts the pad (see `SharedErrors`)."""
     azimuth_rad: float
     azimuth_noise_rad2: float
@@ -75,6 +75,8 @@ def _vectors(shared: SharedErrors) -> tuple[Vector3, ...]:
         shared.timing_ned_m,
         shared.size_ned_m,
         shared.height_ned_m,
+        shared.mount_roll_ned_m,
+        shared.mount_pitch_ned_m,
     )
 
 
@@ -92,4 +94,4 @@ def _covariance(values: Matrix3) -> Array | None:
 def _turned(pad_ned_m: Vector3, turn: float, heading: float) -> tuple[Vector3, ...]:
     """What a fix shares that does not say so: turns about north, east and down; nothing of the others."""
     n, e, d = pad_ned_m
-    return ((0.0, -turn * d, turn * e), (turn * d, 0.0, -turn * n), (-heading * e, heading * n, 0.0), *(_NOTHING,) * 6)
+    return ((0.0, -turn * d, turn * e), (turn * d, 0.0, -turn * n), (-heading * e, heading * n, 0.0), *(_NOTHING,) * 8)

@@ -17,6 +17,7 @@ from services.geolocator.view import View
 
 _SYMMETRY_TOLERANCE = 1e-6
 _MAX_VARIANCE = 1e8
+_NOTHING = (0.0, 0.0, 0.0)
 
 
 class Spread(NamedTuple):
@@ -33,6 +34,8 @@ class Spread(NamedTuple):
     principal_y: Vector3
     size: Vector3
     timing: Vector3
+    mount_roll: Vector3
+    mount_pitch: Vector3
     height: Vector3 = (0.0, 0.0, 0.0)
 
     def through(self, jacobian: Flat3) -> "Spread":
@@ -92,6 +95,9 @@ class ErrorModel:
             scale: By what places in the camera's frame are multiplied before they are turned to NED.
         """
         self._tilt_rad = math.radians(uncertainty.roll_pitch_deg)
+        self._mount_rad = math.radians(uncertainty.mount_roll_pitch_deg)
+        self.tilt_rad = math.hypot(self._tilt_rad, self._mount_rad)
+        """Of attitude and mount together, about each horizontal axis, rad."""
         self.heading_rad = math.radians(uncertainty.yaw_deg)
         """Of heading and mount, rad."""
         self._time_s = uncertainty.time_s
@@ -109,7 +115,8 @@ class ErrorModel:
     ) -> Spread:
         """Corners, lens, attitude and mount, and the turn that a wrong time leads to, of the vector from the vehicle to the pad.
 
-        The mount's error is taken with the attitude's: the lever between vehicle and camera is short.
+        What `roll_pitch_deg` and `yaw_deg` count in of the mount turns the whole vector, as the attitude does: the lever between vehicle
+        and camera is short.
 
         Args:
             pose: The pad's, by the detector.
@@ -134,6 +141,7 @@ class ErrorModel:
         tilt, heading = self._tilt_rad, self.heading_rad
         time_s = self.time_sigma_s(vehicle)
         p, q, r = rotated(vehicle.q_ned_body, vehicle.angular_velocity_body_rps)
+        mount_roll, mount_pitch = self._mount_tilts(view, pad_ned_m)
         return Spread(
             noise_m2=_with_turn(corners, pad_ned_m, vehicle.attitude_sigma_rad**2),
             tilt_north=(0.0, -tilt * d, tilt * e),
@@ -144,6 +152,19 @@ class ErrorModel:
             principal_y=_scaled(along, principal_m / calibration.fy_px),
             size=_scaled(times(scaled, pose.position_camera_m), self._pad_size_px / extent_px),
             timing=(time_s * (q * d - r * e), time_s * (r * n - p * d), time_s * (p * e - q * n)),
+            mount_roll=mount_roll,
+            mount_pitch=mount_pitch,
+        )
+
+    def _mount_tilts(self, view: View, pad_ned_m: Vector3) -> tuple[Vector3, Vector3]:
+        if self._mount_rad == 0.0:
+            return _NOTHING, _NOTHING
+        (n, e, d), (cn, ce, cd), q_ned_body = pad_ned_m, view.camera_ned_m, view.vehicle.q_ned_body
+        from_camera_m = (n - cn, e - ce, d - cd)
+        forward, right = rotated(q_ned_body, (1.0, 0.0, 0.0)), rotated(q_ned_body, (0.0, 1.0, 0.0))
+        return (
+            _scaled(_cross(forward, from_camera_m), self._mount_rad),
+            _scaled(_cross(right, from_camera_m), self._mount_rad),
         )
 
     def azimuth_noise_rad2(self, pose: MarkerPose, view: View) -> float:
@@ -170,6 +191,8 @@ class ErrorModel:
             size_ned_m=spread.size,
             timing_ned_m=spread.timing,
             height_ned_m=spread.height,
+            mount_roll_ned_m=spread.mount_roll,
+            mount_pitch_ned_m=spread.mount_pitch,
             heading_rad=self.heading_rad,
         )
 
@@ -213,3 +236,8 @@ def _with_diagonal(C: Flat3, variance: float) -> Flat3:
 def _scaled(v: Vector3, factor: float) -> Vector3:
     n, e, d = v
     return (factor * n, factor * e, factor * d)
+
+
+def _cross(a: Vector3, b: Vector3) -> Vector3:
+    (an, ae, ad), (bn, be, bd) = a, b
+    return (ae * bd - ad * be, ad * bn - an * bd, an * be - ae * bn)

@@ -27,7 +27,6 @@ class Geolocation:
         self._height = PadHeight(settings)
         self._correction = settings.correction
         self._position_sigma_m = settings.uncertainty.position_m
-        self._tilt_rad = math.radians(settings.uncertainty.roll_pitch_deg)
         self._max_pad_tilt_rad = math.radians(settings.level.max_pad_tilt_deg)
         extrinsic = settings.correction.method == "extrinsic"
         self.installation = Installation(settings.correction.extrinsic) if extrinsic else None
@@ -63,7 +62,9 @@ class Geolocation:
             ValueError: If the arithmetic ends in NaN, infinity, no rotation or no place.
         """
         vehicle = true.vehicle
-        solution = choose(pad, true, self._max_pad_tilt_rad, math.hypot(self._tilt_rad, vehicle.attitude_sigma_rad))
+        solution = choose(
+            pad, true, self._max_pad_tilt_rad, math.hypot(self._errors.tilt_rad, vehicle.attitude_sigma_rad)
+        )
         raw = _placed(believed, believed.ned_of(solution.pose.position_camera_m), solution)
         corrected_m, azimuth_rad, spread = self._corrected(raw, pad, solution, true, calibration)
         sighted = self._height.applied(corrected_m, spread, true)

@@ -1,6 +1,5 @@
 """The covariance of a fix against Monte Carlo, with all errors of the chain at once, for each way to a fix."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +14,7 @@ from schemas.settings.geolocator import FixUncertainty, PadHeight
 
 SAMPLES = 300
 UNCERTAINTY = FixUncertainty(
-    roll_pitch_deg=math.hypot(0.4, 0.3), yaw_deg=1.0, time_s=0.01, position_m=0.03, focal_fraction=0.004, principal_point_px=0.7,
+    roll_pitch_deg=0.4, mount_roll_pitch_deg=0.3, yaw_deg=1.0, time_s=0.01, position_m=0.03, focal_fraction=0.004, principal_point_px=0.7,
     pad_size_px=0.2, acceleration_mps2=0.0, angular_acceleration_rps2=0.0,
 )  # fmt: skip
 ALTITUDE_SIGMA_M = 0.15
