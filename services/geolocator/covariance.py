@@ -69,7 +69,11 @@ class Spread(NamedTuple):
         return Spread((a + quick2 * n * n, b, c, b, f + quick2 * e * e, g, c, g, i + quick2 * d * d), *pulled)
 
     def total_m2(self, position_sigma_m: float) -> Flat3:
-        """Noise, all that is shared, and the uncertainty of the vehicle's position, m^2."""
+        """Noise, all that is shared, and the uncertainty of the vehicle's position, m^2.
+
+        Raises:
+            FixRefusedError: BAD_COVARIANCE if that is huge or, by what the arithmetic can tell, no covariance.
+        """
         noise, *shared = self
         nn = ne = nd = ee = ed = dd = 0.0
         for n, e, d in shared:
@@ -80,8 +84,11 @@ class Spread(NamedTuple):
             ed += e * d
             dd += d * d
         a, b, c, _, f, g, _, _, i = _with_diagonal(noise, position_sigma_m**2)
-        ne, nd, ed = b + ne, c + nd, g + ed
-        return (a + nn, ne, nd, ne, f + ee, ed, nd, ed, i + dd)
+        nn, ne, nd, ee, ed, dd = a + nn, b + ne, c + nd, f + ee, g + ed, i + dd
+        total = (nn, ne, nd, ne, ee, ed, nd, ed, dd)
+        if not max(nn, ee, dd) <= _MAX_VARIANCE or not is_positive_definite(total, 3):
+            raise FixRefusedError(FixVerdict.BAD_COVARIANCE, "with all errors of the chain the pad may be anywhere")
+        return total
 
 
 class ErrorModel:

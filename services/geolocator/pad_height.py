@@ -48,7 +48,7 @@ class PadHeight:
             view: From where it was seen.
 
         Raises:
-            FixRefusedError: NO_HEIGHT, TOO_FLAT or ABOVE_VEHICLE, for `bearing`.
+            FixRefusedError: NO_HEIGHT, TOO_FLAT or ABOVE_VEHICLE, for `bearing`; BAD_COVARIANCE for `fused`.
         """
         altitude_m = self._height.pad_altitude_amsl_m
         if self._method == "pnp":

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from geolocation_scene import CALIBRATION, HOME, MS, T0_NS, Scene, geolocator, show, tell
 from hypothesis import given
+from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 from schemas import topics
@@ -122,6 +123,7 @@ def check(fix, told):
         {"correction": Correction(method="extrinsic", extrinsic=Extrinsic(mount_roll_deg=2.0, focal_scale=1.01))},
     ],
 )
+@hypothesis_settings(max_examples=40)
 @given(st.lists(steps, min_size=1, max_size=8))
 def test_whatever_comes_only_whole_fixes_leave(settings, given_steps):
     node = geolocator(**settings)
