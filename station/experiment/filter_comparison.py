@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,6 +82,8 @@ class Comparison:
 
 
 FIXES, LATEST = "fixes", "latest pose"
+WAYS: tuple[Literal["pnp", "bearing", "fused"], ...] = ("pnp", "bearing", "fused")
+"""Ways to a fix, compared where the pad's altitude is known."""
 
 
 def compare(
@@ -98,7 +101,7 @@ def compare(
         methods: By name: a method with the flight's own settings, or settings of its own.
         overridden: Settings of a flight, with whatever the caller changes.
         relocate: Let today's geolocator make the fixes from the recorded detections, and show besides what taking the latest
-            pose instead of that at capture time costs; otherwise the fixes are those of the flight.
+            pose instead of that at capture time costs, and the other ways to a fix; otherwise the fixes are those of the flight.
         on_done: Told how many flights are done.
 
     Raises:
@@ -106,6 +109,8 @@ def compare(
         FlightRecordError: If it cannot be read.
     """
     names = [FIXES, *methods, *([f"kalman, {LATEST}", f"none, {LATEST}"] if relocate else [])]
+    if relocate:
+        names += [name for way in WAYS for name in (f"{FIXES}, {way}", f"kalman, {way}")]
     result = Comparison({name: Contestant(name) for name in names})
     for path in recordings:
         record = read_flight(path)
@@ -140,6 +145,17 @@ def _compare_one(
         for method in ("kalman", "none"):
             made = filtered(record, late, _with_filter(settings, method))
             result.contestants[f"{method}, {LATEST}"].flights.append(estimate_score(truth, made.estimates, late))
+        if settings.geolocator.height.pad_altitude_amsl_m is not None:
+            _compare_ways(record, truth, _with_filter(settings, "kalman"), result)
+
+
+def _compare_ways(record: FlightRecord, truth: FlightTruth, settings: Settings, result: Comparison) -> None:
+    for way in WAYS:
+        fixes = relocated_fixes(record, settings, "capture", way)
+        made = filtered(record, fixes, settings)
+        claims = fix_claims(truth, fixes, made.verdicts)
+        result.contestants[f"{FIXES}, {way}"].flights.append(FlightScore(claims, None, None, None, None))
+        result.contestants[f"kalman, {way}"].flights.append(estimate_score(truth, made.estimates, fixes))
 
 
 def _with_filter(settings: Settings, method: FilterSettings | str) -> Settings:

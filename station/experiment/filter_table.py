@@ -66,7 +66,7 @@ def _row(one: Contestant) -> tuple[str, ...]:
     axes = " ".join(f"{100.0 * value:.2f}" for value in np.sqrt(np.mean(last**2, axis=0))) if len(last) else "-"
     available = [flight.available for flight in one.flights if flight.available is not None]
     ages_s = [flight.age_s for flight in one.flights if flight.age_s is not None]
-    lag = None if one.name == FIXES else one.lag_s()
+    lag = None if one.name.startswith(FIXES) else one.lag_s()
     return (
         one.name,
         _centimetres(horizontal_rmse_m(last)),

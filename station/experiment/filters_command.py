@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--relocate",
         action="store_true",
         help="make the fixes anew from the recorded detections, and show besides what the latest pose instead of that at "
-        "capture time costs",
+        "capture time costs, and the other ways to a fix where geolocator.height says how high the pad lies",
     )
     parser.add_argument(
         "--set", action="append", default=[], metavar="SECTION.KEY=VALUE", help="set one key; repeatable"

@@ -36,7 +36,10 @@ def recorded_fixes(record: FlightRecord) -> tuple[Logged[PadFix], ...]:
 
 
 def relocated_fixes(
-    record: FlightRecord, settings: Settings, pose: Literal["capture", "latest"]
+    record: FlightRecord,
+    settings: Settings,
+    pose: Literal["capture", "latest"],
+    method: Literal["pnp", "bearing", "fused"] | None = None,
 ) -> tuple[Logged[PadFix], ...]:
     """The fixes that today's geolocator makes of the recorded detections.
 
@@ -44,9 +47,11 @@ def relocated_fixes(
         record: The flight.
         settings: Its settings.
         pose: Which pose of the vehicle to take, whatever the settings say.
+        method: Which way to a fix; None for that of the settings.
     """
     lookup = settings.geolocator.lookup.model_copy(update={"pose": pose})
-    geolocator = settings.geolocator.model_copy(update={"lookup": lookup})
+    changes = {"lookup": lookup} if method is None else {"lookup": lookup, "method": method}
+    geolocator = settings.geolocator.model_copy(update=changes)
     node = build_geolocator(settings.model_copy(update={"geolocator": geolocator}))
     fixes: list[Logged[PadFix]] = []
     for topic, logged in _in_order([(topic, record.logged(topic)) for topic in node.subscriptions]):
