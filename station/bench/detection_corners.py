@@ -50,9 +50,10 @@ def bench_detection_corners(words: list[str] | None = None) -> None:
     errors = {height_m: _errors(studio, rivals, height_m, options.poses) for height_m in HEIGHTS_M}
     head = ("height, m", *(rival.name for rival in rivals))
     rows = [(f"{height_m:g}", *(_corners(each) for each in row)) for height_m, row in errors.items()]
-    print_table(f"Corners: median error, px (mean shift right/down, px); {options.poses} poses a height", head, rows)
+    title = f"Corners: RMSE / median error, px (mean shift right/down, px); {options.poses} poses a height"
+    print_table(title, head, rows)
     rows = [(f"{height_m:g}", *(_range(each) for each in row)) for height_m, row in errors.items()]
-    print_table("Range: median error, percent of the distance", head, rows)
+    print_table("Range: RMSE / median error, percent of the distance", head, rows)
     print_honesty(options.detections)
 
 
@@ -108,8 +109,11 @@ def _corners(errors: _Errors) -> str:
     if not errors.corners_px:
         return "-"
     right, down = np.mean(errors.shift_px, axis=0).tolist()
-    return f"{np.median(errors.corners_px):.3f} ({right:+.2f}/{down:+.2f})"
+    errors_px = np.array(errors.corners_px)
+    return f"{rms(errors_px):.3f} / {np.median(errors_px):.3f} ({right:+.2f}/{down:+.2f})"
 
 
 def _range(errors: _Errors) -> str:
-    return f"{np.median(errors.range_percent):.2f}" if errors.range_percent else "-"
+    if not errors.range_percent:
+        return "-"
+    return f"{rms(np.array(errors.range_percent)):.2f} / {np.median(errors.range_percent):.2f}"

@@ -65,16 +65,17 @@ class Shot:
 class Studio:
     """Sixteen cameras, each with its own ground, blur (0.4 to 1.0 px), noise (2 to 6 grey levels) and, every other one, the edge of a shadow."""
 
-    def __init__(self, seed: int, *, number: int = 68, scale: float = 1.0) -> None:
+    def __init__(self, seed: int, *, number: int = 68, scale: float = 1.0, height_px: int = 480) -> None:
         """Set the cameras up.
 
         Args:
             seed: Of everything random.
             number: Which marker the pad is.
-            scale: Of the picture: 2.25 makes 1440x1080 of 640x480.
+            scale: Of the picture: 3 makes 1920x1440 of 640x480.
+            height_px: How many of its rows there are: those about the middle.
         """
         self._random = generator(seed, "bench.detection")
-        self._calibration = _scaled(configured_calibration(Settings().camera), scale)
+        self._calibration = _scaled(configured_calibration(Settings().camera), scale, height_px)
         self.camera = PinholeCamera.from_calibration(self._calibration)
         settings = [self._settings(seed, number, index) for index in range(_CAMERAS)]
         self._cameras = [SimulatedCamera(each, self._calibration) for each in settings]
@@ -185,17 +186,18 @@ class Studio:
         )
 
 
-def _scaled(calibration: CameraCalibration, scale: float) -> CameraCalibration:
-    if scale == 1.0:
+def _scaled(calibration: CameraCalibration, scale: float, height_px: int) -> CameraCalibration:
+    if scale == 1.0 and height_px == calibration.height_px:
         return calibration
+    left_out_px = (calibration.height_px * scale - height_px) / 2.0
     return calibration.model_copy(
         update={
             "width_px": round(calibration.width_px * scale),
-            "height_px": round(calibration.height_px * scale),
+            "height_px": height_px,
             "fx_px": calibration.fx_px * scale,
             "fy_px": calibration.fy_px * scale,
             "cx_px": (calibration.cx_px + 0.5) * scale - 0.5,
-            "cy_px": (calibration.cy_px + 0.5) * scale - 0.5,
+            "cy_px": (calibration.cy_px + 0.5) * scale - 0.5 - left_out_px,
         }
     )
 

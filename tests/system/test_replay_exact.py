@@ -41,8 +41,8 @@ def test_a_live_flight_is_repeated_to_the_last_bit(recorded: Path) -> None:
 def test_the_comparison_finds_one_ulp_in_a_constant_of_the_detector(
     recorded: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    changed = math.nextafter(alignment._MODEL_SIGMA_SIDES, 1.0)
-    monkeypatch.setattr(alignment, "_MODEL_SIGMA_SIDES", changed)
+    changed = math.nextafter(alignment._HANG_TOGETHER, 1.0)
+    monkeypatch.setattr(alignment, "_HANG_TOGETHER", changed)
     assert main(["replay", str(recorded), "--through", "detector,geolocator,filter"]) == 1
     told = capsys.readouterr().out
     assert "first divergence: detector/detection of" in told

@@ -40,6 +40,7 @@ _HOPELESS, _HOPEFUL = 0.72, 0.85
 _SECOND_THOUGHTS = 2
 _SHADOW_ABOVE = 0.72
 _SHADOW_BELOW = 0.975
+_SHADOW_NOISES = 1.5
 _SHADOW_GAIN = 0.8
 _UNKNOWN_TILT_RAD = math.radians(12.0)
 _LEAST_TILT_RAD = math.radians(1.0)
@@ -167,7 +168,8 @@ class AidedBackend:
     ) -> Alignment | None:
         """The fit gone on with, if needed with the edge of a shadow; None if it does not show the marker."""
         even = self._ended(view, first, aligner, tilt)
-        if even.likeness < _SHADOW_BELOW and even.code_likeness(self._noise) >= _SHADOW_ABOVE:
+        misfits = even.likeness < _SHADOW_BELOW or even.residual > _SHADOW_NOISES * self._noise
+        if misfits and even.code_likeness(self._noise) >= _SHADOW_ABOVE:
             begin = aligner.shaded(even)
             shaded = aligner.fitted(view.picture, begin, tilt, _MORE_STEPS) if begin is not None else None
             if shaded is not None and shaded.residual < _SHADOW_GAIN * even.residual:

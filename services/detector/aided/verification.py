@@ -19,8 +19,13 @@ LEAST_NOISY_LIKENESS = 0.88
 """Of the code, the noise not taken out."""
 LEAST_CODE_TO_NOISE = 2.8
 """How much more the code must stand out than the noise does: chance fits a pattern to noise."""
+LEAST_FORETOLD_CODE_TO_NOISE = 2.0
+"""The same where height and place are known: of so few places chance makes fewer look like a marker. Deep shadows at 40 m leave 2.1 and more."""
 LARGEST_CELL_ERROR = 0.55
 """How far the likeliest brightness of any cell may be from its colour, as a part of the contrast. Pads at 40 m reach 0.5: there the picture hardly tells."""
+
+LARGEST_FAINT_CELL_ERROR = 0.35
+"""The same for a code that stands out so little. Those pads reach 0.23."""
 
 _CELL_SIGMA = 0.35
 _LEAST_SIDE_PX = 5.5
@@ -29,22 +34,28 @@ _LEAST_NOISE = 1.0
 
 
 def is_marker(alignment: Alignment, aligner: Aligner, noise: float, tilt: TiltPrior, prior: Prior | None) -> bool:
-    """Whether a fit that may have begun anywhere shows the marker, lying as it can lie."""
-    return (
-        is_still_marker(alignment, noise, tilt)
-        and _fits_height(alignment, prior)
-        and largest_cell_error(alignment, aligner, noise) <= LARGEST_CELL_ERROR
-    )
+    """Whether a fit that may have begun anywhere, or only near a prediction, shows the marker, lying as it can lie."""
+    foretold = prior is not None and prior.height_m is not None and prior.centre_px is not None
+    least = LEAST_FORETOLD_CODE_TO_NOISE if foretold else LEAST_CODE_TO_NOISE
+    if not (_shows(alignment, noise, tilt, least) and _fits_height(alignment, prior)):
+        return False
+    faint = alignment.unexplained_without_code < LEAST_CODE_TO_NOISE * noise
+    largest = LARGEST_FAINT_CELL_ERROR if faint else LARGEST_CELL_ERROR
+    return largest_cell_error(alignment, aligner, noise) <= largest
 
 
 def is_still_marker(alignment: Alignment, noise: float, tilt: TiltPrior) -> bool:
     """Whether a fit that began where the marker was a moment ago shows it."""
+    return _shows(alignment, noise, tilt, LEAST_CODE_TO_NOISE)
+
+
+def _shows(alignment: Alignment, noise: float, tilt: TiltPrior, least_code_to_noise: float) -> bool:
     return (
         alignment.plausible
         and alignment.likeness >= LEAST_LIKENESS
         and alignment.code_likeness() >= LEAST_NOISY_LIKENESS
         and alignment.code_likeness(noise) >= LEAST_CODE_LIKENESS
-        and alignment.unexplained_without_code >= LEAST_CODE_TO_NOISE * noise
+        and alignment.unexplained_without_code >= least_code_to_noise * noise
         and alignment.side_px >= _LEAST_SIDE_PX
         and _fits_tilt(alignment, tilt)
     )
