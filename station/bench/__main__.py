@@ -15,6 +15,7 @@ from station.bench.nested import bench_nested
 from station.bench.nested_landing import bench_nested_landing
 from station.bench.overhead import bench_overhead
 from station.bench.real_pictures import bench_real_pictures
+from station.bench.paper_tables import bench_paper_tables
 from station.bench.recording import bench_recording
 from station.bench.replay import bench_replay
 from station.bench.stages import bench_stages
@@ -29,6 +30,7 @@ BENCHES = {
     "campaign": bench_campaign,
     "nested": bench_nested,
     "nested-landing": bench_nested_landing,
+    "paper-tables": bench_paper_tables,
     "calibration": bench_calibration,
     "real-pictures": bench_real_pictures,
     "replay": bench_replay,
@@ -39,6 +41,7 @@ BENCHES = {
 }
 WITH_OPTIONS = {
     "campaign": bench_campaign,
+    "paper-tables": bench_paper_tables,
     "detection-range": bench_detection_range,
     "detection-corners": bench_detection_corners,
     "detection-time": bench_detection_time,
