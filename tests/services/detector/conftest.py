@@ -1,5 +1,6 @@
 """Rendered pads with known corners, for detectors."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +26,7 @@ class RenderedPad:
 
 
 class PadStudio:
-    """Takes pictures of a pad; the corners are those of the paper's single marker."""
+    """Takes pictures of a pad, in even light unless the settings say otherwise; the corners are those of the paper's single marker."""
 
     def __init__(self, truth_at, settings: Settings) -> None:
         calibration = configured_calibration(settings.camera)
@@ -50,6 +51,17 @@ class PadStudio:
         north_m, east_m = random.normal(0.0, 0.1 * height_m, 2)
         roll, pitch = random.normal(0.0, 0.06, 2)
         return self.shoot(north_m, east_m, -height_m, (roll, pitch, random.uniform(-3.0, 3.0)))
+
+
+@pytest.fixture
+def shaded_studio(truth_at) -> Callable[[float], PadStudio]:
+    """By how far the edge of a shadow runs off the pad's centre, metres."""
+    return lambda offset_m: PadStudio(
+        truth_at,
+        Settings.model_validate(
+            {"camera": {"simulated": {"sunlight": {"shadow_depth": 0.6, "shadow_offset_m": offset_m}}}}
+        ),
+    )
 
 
 @pytest.fixture

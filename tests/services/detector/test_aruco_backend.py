@@ -38,6 +38,17 @@ def test_corners_are_found_where_they_are_within_what_the_detector_says_of_itsel
     assert 0.1 < normalised < 2.0
 
 
+@pytest.mark.parametrize("offset_m", [-0.2, 0.0, 0.2])
+@pytest.mark.parametrize("height_m", [8.0, 3.0])
+def test_the_edge_of_a_shadow_across_the_pad_does_not_hide_it(shaded_studio, height_m, offset_m) -> None:
+    studio = shaded_studio(offset_m)
+    for number in range(3):
+        shot = studio.shoot_at_random(height_m, number)
+        marker = pad_in(backend(PAD).detect(View(shot.picture, 1, studio.camera)))
+        assert marker is not None
+        assert np.abs(marker.corners_px - shot.corners_px).max() < 0.5
+
+
 def test_without_a_camera_there_are_corners_too(studio) -> None:
     shot = studio.shoot(0.3, 0.2, -6.0, (0.05, 0.02, 0.7))
     marker = pad_in(backend().detect(View(shot.picture, 1)))
