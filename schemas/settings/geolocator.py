@@ -71,6 +71,18 @@ class PadHeight(Section):
     """`fused`: a height that differs from the picture's by more than this many standard deviations of both is left out."""
 
 
+class SurveyedHeading(Section):
+    """Takes the heading from how the pad is turned in the picture instead of from the compass, where the pad's azimuth is known well."""
+
+    pad_azimuth_deg: float | None = Field(default=None, ge=-360.0, le=360.0)
+    """Azimuth of the print's upward direction as surveyed, or as `alight calibrate bias` found it, degrees from north, clockwise; left out, the
+    compass alone counts. For a pad that stays where it is."""
+    sigma_deg: float = Field(default=0.1, ge=0.0, le=45.0)
+    """How well it is known, one sigma, degrees."""
+    time_s: float = Field(default=60.0, gt=0.0, le=3600.0)
+    """How long the compass's error lasts (first-order Gauss-Markov process of the size `uncertainty.yaw_deg`), seconds."""
+
+
 class LevelPrior(Section):
     """The pad lies flat: this decides between the two planar solutions where the picture cannot."""
 

@@ -15,6 +15,7 @@ from schemas.settings import Settings
 from schemas.vehicle import GimbalState, VehicleState
 from services.geolocator.camera_mount import CameraMount
 from services.geolocator.geolocation import Geolocation
+from services.geolocator.pad_heading import PadHeading
 from services.geolocator.pad_sight import pad_in
 from services.geolocator.pose_history import PoseHistory
 from services.geolocator.refusal import FixRefusedError
@@ -39,6 +40,7 @@ class Geolocator(Node):
         self._mount = CameraMount(self._settings.mount, self._settings.lookup)
         self._geolocation = Geolocation(self._settings)
         self._latency_ns = nanoseconds(self._settings.correction.extrinsic.image_latency_s)
+        self._heading = PadHeading(self._settings.heading, self._settings.uncertainty.yaw_deg)
         self._calibration: CameraCalibration | None = None
         self._newest_capture_ns = -1
         self._counters: Counter[str] = Counter()
