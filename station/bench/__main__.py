@@ -14,8 +14,8 @@ from station.bench.lockstep import bench_lockstep
 from station.bench.nested import bench_nested
 from station.bench.nested_landing import bench_nested_landing
 from station.bench.overhead import bench_overhead
-from station.bench.real_pictures import bench_real_pictures
 from station.bench.paper_tables import bench_paper_tables
+from station.bench.real_pictures import bench_real_pictures
 from station.bench.recording import bench_recording
 from station.bench.replay import bench_replay
 from station.bench.stages import bench_stages
