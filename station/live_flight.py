@@ -10,6 +10,7 @@ from alight.runtime.bus import Bus
 from alight.runtime.live import LiveRunner
 from schemas.settings import Settings
 from schemas.settings.bus import BusSettings
+from station.ctrl_c import CtrlC, ctrl_c_noted
 from station.director import FlightDirector, FlightPlan
 from station.progress import Progress
 from station.supervisor import Incident, Supervisor
@@ -69,22 +70,23 @@ def fly_live(
     thread = threading.Thread(target=runner.run, daemon=True)
     supervisor = Supervisor(settings_file, log_directory, settings.process.real_time)
     outcome = LiveOutcome(incidents=supervisor.incidents)
-    try:
-        _start(supervisor, services, bus)
-        thread.start()
-        _follow(director, supervisor)
-        outcome.failure = director.failure
-        _settle(supervisor)
-    except KeyboardInterrupt:
-        outcome.failure = "stopped by the operator"
-    finally:
-        supervisor.stop()
-        runner.stop()
-        thread.join(timeout=3.0)
+    with ctrl_c_noted() as asked:
+        try:
+            _start(supervisor, services, bus, asked)
+            thread.start()
+            _follow(director, supervisor, asked)
+            outcome.failure = director.failure
+            _settle(supervisor, asked)
+        except KeyboardInterrupt:
+            outcome.failure = "stopped by the operator"
+        finally:
+            supervisor.stop()
+            runner.stop()
+            thread.join(timeout=3.0)
     return outcome
 
 
-def _start(supervisor: Supervisor, services: tuple[str, ...], bus: Bus) -> None:
+def _start(supervisor: Supervisor, services: tuple[str, ...], bus: Bus, asked: CtrlC) -> None:
     """The recorder first, so that the recording misses nothing that the others say or are told."""
     listening = threading.Event()
     if "recorder" in services:
@@ -92,11 +94,12 @@ def _start(supervisor: Supervisor, services: tuple[str, ...], bus: Bus) -> None:
         supervisor.start(("recorder",))
         deadline_s = time.monotonic() + RECORDER_STARTS_S
         while not listening.wait(POLL_S) and time.monotonic() < deadline_s:
+            asked.give_way()
             supervisor.watch()
     supervisor.start(service for service in services if service != "recorder")
 
 
-def _follow(director: FlightDirector, supervisor: Supervisor) -> None:
+def _follow(director: FlightDirector, supervisor: Supervisor, asked: CtrlC) -> None:
     progress = Progress(director)
     began_s = time.monotonic()
     told = 0
@@ -107,11 +110,13 @@ def _follow(director: FlightDirector, supervisor: Supervisor) -> None:
         told = len(supervisor.incidents)
         progress.show(began_s)
         time.sleep(POLL_S)
+        asked.give_way()
     progress.say("")
 
 
-def _settle(supervisor: Supervisor) -> None:
+def _settle(supervisor: Supervisor, asked: CtrlC) -> None:
     until_s = time.monotonic() + SETTLE_S
     while time.monotonic() < until_s:
         supervisor.watch()
         time.sleep(POLL_S)
+        asked.give_way()
