@@ -16,7 +16,7 @@ from station.campaign.tables import RESULTS, TIMINGS, read_results
 pytestmark = pytest.mark.system
 
 SPEC = Path(__file__).parents[2] / "station" / "campaign" / "examples" / "thousand.toml"
-FLIGHTS_WANTED = 8
+FLIGHTS_WANTED = 10
 LIMIT_S = 300.0
 
 

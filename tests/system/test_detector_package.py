@@ -140,4 +140,4 @@ def test_here_it_is_not_installed_and_the_names_that_are_there_are_told(tmp_path
         "68",
     )
     assert looked.returncode == 2
-    assert "there are: aided, aruco" in looked.stderr
+    assert "there are: aided, apriltag, aruco, charuco" in looked.stderr
