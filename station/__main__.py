@@ -36,6 +36,8 @@ afterwards:
 
 for your own camera and pad:
   alight calibrate camera PICTURES --board chessboard:9x6:0.20
+  alight calibrate delay flights/<time>
+                             how much later than the light its frames are stamped
   alight pad print nested --paper A4 --out pad.pdf
 """
 
@@ -63,7 +65,9 @@ COMMANDS = (
     Command("detect", "station.detect", "find markers in pictures and videos"),
     Command("pad", "station.pad.command", "print a pad at true scale, or show it"),
     Command(
-        "calibrate", "station.calibrate.command", "calibrate a camera from pictures of a board, or the bias from hovers"
+        "calibrate",
+        "station.calibrate.command",
+        "find a camera's lens, its installation's bias, or the delay of its stamps",
     ),
     Command("report", "station.report_command", "write the report of a recorded flight"),
     Command(
