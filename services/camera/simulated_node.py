@@ -11,12 +11,17 @@ from services.camera.node import CameraNode
 from services.camera.picture_faults import PictureFaults
 from services.camera.simulated_camera import SimulatedCamera
 
+_SHARE_OF_LEAD = 1.0 / 3.0
 MAX_LATE_NS = nanoseconds(0.1)
-"""A machine too slow to render every frame loses some, as a camera does; it must not fall ever farther behind."""
+"""Where the truth comes with no lead, as from a simulation that runs elsewhere."""
 
 
 class SimulatedCameraNode(CameraNode):
-    """Takes the ground truth, which comes ahead of its time, and keeps each frame back until its light has hit the sensor."""
+    """Takes the ground truth, which comes ahead of its time, and keeps each frame back until its light has hit the sensor.
+
+    A real camera loses frames, it does not deliver them late. So a machine too slow to draw them all leaves some out: those that
+    cannot be begun before a third of the truth's lead has gone.
+    """
 
     def __init__(self, settings: Settings, calibration: CameraCalibration) -> None:
         """Build the camera.
@@ -32,6 +37,7 @@ class SimulatedCameraNode(CameraNode):
         self._delay_ns = nanoseconds(settings.camera.simulated.delay_s)
         self._exposure_s = settings.camera.simulated.optics.exposure_s
         self._faults = PictureFaults(settings.camera.simulated.faults, generator(settings.seed, "camera.faults"))
+        self._latest_start_ns = _latest_start_ns(settings)
         self._due_ns: int | None = None
         self._skipped = 0
         self.subscribe(topics.GROUND_TRUTH, self._on_truth)
@@ -44,7 +50,7 @@ class SimulatedCameraNode(CameraNode):
         truth = arrival.message
         if not self._is_due(truth.at_ns):
             return []
-        if arrival.now_ns - truth.at_ns > MAX_LATE_NS:
+        if arrival.now_ns - truth.at_ns > self._latest_start_ns:
             self._skipped += 1
             return []
         picture = self._faults.applied(self._camera.capture(truth))
@@ -67,3 +73,11 @@ class SimulatedCameraNode(CameraNode):
             return False
         self._due_ns += self._period_ns
         return True
+
+
+def _latest_start_ns(settings: Settings) -> int:
+    """When a drawing has to begin at the latest, after the time that it shows; below zero is before."""
+    simulator = settings.simulator
+    if simulator.kind != "embedded" or simulator.lead_s == 0.0:
+        return MAX_LATE_NS
+    return -nanoseconds((1.0 - _SHARE_OF_LEAD) * simulator.lead_s)

@@ -12,8 +12,12 @@ HZ60_NS = 16_666_667
 START_NS = 10_000_000_000
 
 
-def arrival(truth):
-    return Arrival(topics.GROUND_TRUTH, truth, received_at_ns=truth.at_ns, now_ns=truth.at_ns)
+LEAD_NS = 30_000_000
+
+
+def arrival(truth, late_ns=0):
+    now_ns = truth.at_ns - LEAD_NS + late_ns
+    return Arrival(topics.GROUND_TRUTH, truth, received_at_ns=now_ns, now_ns=now_ns)
 
 
 def frames_of(node, truth_at, instants_ns):
@@ -42,6 +46,26 @@ def test_a_frame_leaves_when_its_light_has_hit_the_sensor_and_is_stamped_late_by
     (frame,) = frames_of(build(settings), truth_at, [START_NS])
     assert frame.message.captured_at_ns == START_NS + 50_000_000
     assert frame.release_at_ns == START_NS + 60_000_000
+
+
+def test_a_frame_that_cannot_be_begun_in_time_is_left_out_and_counted_and_the_next_one_comes(truth_at) -> None:
+    node = build(Settings())
+    late_ns = [0, 9_000_000, 11_000_000, 60_000_000, 0]
+    came = [
+        len(list(node.on_message(arrival(truth_at(0.0, 0.0, -8.0, at_ns=START_NS + 2 * HZ60_NS * index), late))))
+        for index, late in enumerate(late_ns)
+    ]
+    assert came == [1, 1, 0, 0, 1]
+    assert node.counters()["frames_skipped"] == 2
+
+
+def test_the_truth_of_a_simulation_elsewhere_comes_without_lead_and_is_drawn_all_the_same(truth_at) -> None:
+    node = build(Settings(simulator={"kind": "mavlink_truth"}))
+    came = [
+        len(list(node.on_message(arrival(truth_at(0.0, 0.0, -8.0, at_ns=START_NS + 2 * HZ60_NS * index), late))))
+        for index, late in enumerate([40_000_000, 129_000_000, 131_000_000])
+    ]
+    assert came == [1, 1, 0]
 
 
 def test_what_is_drawn_before_a_live_flight_changes_no_pixel(truth_at) -> None:
