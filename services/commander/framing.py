@@ -2,6 +2,7 @@
 
 import struct
 from collections import Counter
+from collections.abc import Collection
 from typing import Any
 
 from pymavlink.generator.mavcrc import x25crc
@@ -20,14 +21,26 @@ class MavlinkFramer:
     After a frame with a wrong checksum the search goes on one byte later, so that a stray start marker costs no good message.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, wanted: Collection[str] | None = None) -> None:
+        """Begin with nothing pending.
+
+        Args:
+            wanted: Names of the messages to decode; all if None. An autopilot sends twice as many as anybody takes, and decoding is
+                what costs.
+        """
+        self._wanted = {
+            message_id for message_id, kind in mavlink.mavlink_map.items() if wanted is None or kind.msgname in wanted
+        }
         self._pending = b""
         self._decoder = mavlink.MAVLink(None)
         self.counts: Counter[str] = Counter()
         """`frames`, `bad_checksum`, `unknown_message`, `stray_bytes`, `malformed`."""
+        self.unread: list[tuple[int, int]] = []
+        """System and component that sent each good frame of the last chunk whose message is not wanted."""
 
     def feed(self, data: bytes) -> list[Any]:
-        """Take the next chunk; returns the messages that are complete now, in order."""
+        """Take the next chunk; returns the wanted messages that are complete now, in order."""
+        self.unread = []
         buffer = self._pending + data
         messages: list[Any] = []
         at = 0
@@ -53,6 +66,10 @@ class MavlinkFramer:
         if not _checksum_fits(frame, known.crc_extra):
             self.counts["bad_checksum"] += 1
             return False
+        if message_id not in self._wanted:
+            self.unread.append((frame[3], frame[4]) if frame[0] == MARKER_V1 else (frame[5], frame[6]))
+            self.counts["frames"] += 1
+            return True
         try:
             messages.append(self._decoder.decode(bytearray(frame)))
             self.counts["frames"] += 1

@@ -32,7 +32,6 @@ class AutopilotLink:
     def __init__(self, settings: CommanderSettings) -> None:
         self._settings = settings.link
         self._encoder = mavlink.MAVLink(None, settings.link.system_id, settings.link.component_id)
-        self._framer = MavlinkFramer()
         self._commands = CommandQueue(settings.link.command_tries, nanoseconds(settings.link.command_timeout_s))
         self._streams = StreamRequests(settings.link)
         self._parameters = Parameters()
@@ -68,12 +67,18 @@ class AutopilotLink:
             "STATUSTEXT": lambda message, _: self._status.take_text(message),
             "PARAM_VALUE": lambda message, _: self._parameters.take(message),
         }
+        self._framer = MavlinkFramer({"HEARTBEAT", "GIMBAL_DEVICE_ATTITUDE_STATUS", *self._takers})
 
     # What comes in -------------------------------------------------------------------------------------------------
 
-    def receive(self, data: bytes, now_ns: int) -> None:
-        """Take bytes from the autopilot's side, in chunks of any size. Never raises for what is in them."""
-        for message in self._framer.feed(data):
+    def receive(self, data: bytes, now_ns: int) -> bool:
+        """Take bytes from the autopilot's side, in chunks of any size. Never raises for what is in them.
+
+        Returns:
+            Whether there was anything in them but signs of life.
+        """
+        messages = self._framer.feed(data)
+        for message in messages:
             system, component = message.get_srcSystem(), message.get_srcComponent()
             kind = message.get_type()
             if kind == "HEARTBEAT" and component == AUTOPILOT_COMPONENT:
@@ -88,6 +93,12 @@ class AutopilotLink:
                     taker(message, now_ns)
             else:
                 self._counts["of_others"] += 1
+        for sender in self._framer.unread:
+            if self._heard and sender == (self._system, AUTOPILOT_COMPONENT):
+                self._heard_ns = now_ns
+            else:
+                self._counts["of_others"] += 1
+        return bool(messages)
 
     def advance(self, now_ns: int) -> None:
         """Do what is due: heartbeat, TIMESYNC, requests, repetitions."""

@@ -38,7 +38,8 @@ class CommanderNode(Node):
 
     def on_bytes(self, port: str, data: bytes, now_ns: int) -> Outputs:  # noqa: ARG002
         """Take bytes from the autopilot."""
-        self._link.receive(data, now_ns)
+        if not self._link.receive(data, now_ns):
+            return
         for state in self._link.take_states():
             self._mission.take_state(state)
             yield Publication(topics.VEHICLE_STATE, state)

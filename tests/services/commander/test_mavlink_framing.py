@@ -52,3 +52,16 @@ def test_a_message_of_another_dialect_is_counted_and_passed_over() -> None:
     framer = MavlinkFramer()
     assert len(framer.feed(bytes(frame) + packed(1)[0])) == 1
     assert framer.counts["unknown_message"] == 1
+
+
+def test_a_message_that_nobody_wants_is_not_decoded_but_its_sender_is_heard() -> None:
+    encoder = mavlink.MAVLink(None, 7, 1)
+    unwanted = mavlink.MAVLink_attitude_message(5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    both = [unwanted.pack(encoder, force_mavlink1=old) + packed(1)[0] for old in (False, True)]
+    for frames in both:
+        framer = MavlinkFramer({"GLOBAL_POSITION_INT"})
+        assert [message.get_type() for message in framer.feed(frames)] == ["GLOBAL_POSITION_INT"]
+        assert framer.unread == [(7, 1)]
+        assert framer.counts["frames"] == 2
+        assert not framer.feed(b"")
+        assert not framer.unread
