@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -80,6 +81,7 @@ class Sheet:
         """Edge of the smallest texel that `texture` makes, metres."""
         return self.side_m / _LARGEST_SIDE_TEXELS
 
+    @cached_property
     def outline_m(self) -> NDArray[np.float64]:
         """Points around it, (N, 3), pad frame, metres."""
         half_m = self.side_m / 2.0

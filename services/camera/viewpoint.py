@@ -13,6 +13,7 @@ from schemas.settings.simulator import Installation
 from schemas.truth import GroundTruth
 
 _LOWEST_CAMERA_M = 0.02
+_R_BODY_CAMERA = R_body_camera()
 
 
 def mount_rotation(installation: Installation) -> Matrix:
@@ -53,7 +54,7 @@ class Viewpoint:
         body_ned_m = np.array(truth.vehicle_from_pad_ned_m) + np.array(truth.velocity_ned_mps) * after_s
         R_marker_ned = R_ned_marker(truth.pad_azimuth_rad).T
         x, y, z = (R_marker_ned @ (body_ned_m + R_ned_body @ np.array(CAMERA_IN_BODY_M))).tolist()
-        return cls(R_marker_ned @ R_ned_body @ mount @ R_body_camera(), (x, y, max(z, _LOWEST_CAMERA_M)))
+        return cls(R_marker_ned @ R_ned_body @ mount @ _R_BODY_CAMERA, (x, y, max(z, _LOWEST_CAMERA_M)))
 
     @property
     def extremes(self) -> "tuple[Viewpoint, ...]":
