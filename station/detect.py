@@ -25,6 +25,7 @@ from services.detector.detector import Detector, FoundMarker, GreyPicture, Prior
 from services.detector.node import grey
 from services.detector.registry import UnknownDetectorError, detector_from
 from services.detector.square_pose import located
+from services.detector.yolo.model_error import ModelError
 from station.detect_context import ContextError, PriorFor, read_context
 from station.detect_drawing import draw_markers
 from station.detect_table import table_lines
@@ -40,6 +41,7 @@ _WRONG_OPTIONS = (
     LayoutError,
     UnknownDetectorError,
     NoChessboardError,
+    ModelError,
     ContextError,
     CalibrationError,
     FilesError,
@@ -92,6 +94,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="which detector looks (default: aided for a known pad, given by --id or --pad; else aruco)",
     )
+    parser.add_argument("--model", default="", metavar="FILE", help="the ONNX model of the detector yolo")
     parser.add_argument("--pad", metavar="LAYOUT", help="look for this pad: a shipped layout's name, or a TOML file")
     parser.add_argument(
         "--context",
@@ -192,8 +195,8 @@ def _detector(arguments: argparse.Namespace) -> Detector:
             raise UnknownDetectorError(f"--detector {name} looks for a known pad: give --id or --pad")
     single = {"family": family, "id": arguments.id or 0, "side_m": arguments.size_m}
     pad = {"layout": arguments.pad} if arguments.pad is not None else single
-    backend = arguments.detector or AidedBackend.name
-    return detector_from(Settings.model_validate({"pad": pad, "detector": {"backend": backend}}))
+    chosen = {"backend": arguments.detector or AidedBackend.name, "yolo": {"model": arguments.model}}
+    return detector_from(Settings.model_validate({"pad": pad, "detector": chosen}))
 
 
 def _camera_for(path: Path | None) -> CameraFor:

@@ -50,10 +50,35 @@ class AprilTag(Section):
     """Fit lines to the marker's edges, bent as the lens bends them; off leaves the corners as the library gives them."""
 
 
+class Yolo(Section):
+    """The backend `yolo`: an ONNX model proposes where the pad may be, and what `aided` verifies there counts."""
+
+    model: str = Field(default="", max_length=500)
+    """File of the model. What it has to take and give: docs/detectors.md."""
+    least_score: float = Field(default=0.2, gt=0.0, le=1.0)
+    """Boxes with a smaller score are not looked at."""
+    most_boxes: int = Field(default=6, ge=1, le=50)
+    """How many boxes of a frame are looked at, the best first. Each costs about a millisecond where there is no pad."""
+    least_sides_a_box: float = Field(default=1.0, gt=0.0, le=100.0)
+    """How long the model's boxes are at least, in sides of the pad's largest marker: the root of width times height. Those of models trained with
+    `python -m station.train_yolo` are 1, whichever way the marker is turned; boxes around its four corners are 1 to 1.41, around a board of 1.5 sides 1.5 to 2.1."""
+    most_sides_a_box: float = Field(default=1.0, gt=0.0, le=100.0)
+    """How long they are at most. Every factor of 1.4 between the two is looked at once more."""
+    threads: int = Field(default=1, ge=1, le=64)
+    """Threads that the model runs on. The last digits of its scores may depend on how many."""
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if self.most_sides_a_box < self.least_sides_a_box:
+            raise ValueError("most_sides_a_box must not be below least_sides_a_box")
+        return self
+
+
 class DetectorSettings(Section):
     """How markers are found. Which marker is the pad stands in the section `pad`."""
 
     backend: str = "aided"
-    """Name of the detector: `aided`, `aruco`, `apriltag`, or one that an installed package brings (docs/detectors.md)."""
+    """Name of the detector: `aided`, `aruco`, `apriltag`, `charuco`, `yolo`, or one that an installed package brings (docs/detectors.md)."""
     aruco: Aruco = Aruco()
     apriltag: AprilTag = AprilTag()
+    yolo: Yolo = Yolo()

@@ -43,6 +43,14 @@ def _apriltag(settings: Settings) -> Detector:
         ) from None
 
 
+def _yolo(settings: Settings) -> Detector:
+    try:
+        from services.detector.yolo.places import ModelPlaces  # noqa: PLC0415 - needs the extra `yolo`
+    except ModuleNotFoundError as error:
+        raise UnknownDetectorError(f"detector.backend: 'yolo' needs {error.name}: pip install 'alight[yolo]'") from None
+    return AidedBackend(layout_from(settings.pad), _aruco(settings), ModelPlaces(settings.detector.yolo))
+
+
 def _charuco(settings: Settings) -> Detector:
     return CharucoBackend(layout_from(settings.pad), settings.detector.aruco)
 
@@ -54,6 +62,7 @@ BACKENDS: Mapping[str, Builder] = {
     AidedBackend.name: _aided,
     "apriltag": _apriltag,
     CharucoBackend.name: _charuco,
+    "yolo": _yolo,
 }
 """Our own: name in `detector.backend` to what builds it."""
 
@@ -72,6 +81,7 @@ def detector_from(settings: Settings) -> Detector:
     Raises:
         UnknownDetectorError: If there is none of that name, or its package is missing or cannot be loaded.
         FamilyError: If there is no such marker family, or the detector does not know it.
+        ModelError: If the detector's model is missing or unfit.
         NoChessboardError: If the detector needs a chessboard and the pad has none.
     """
     name = settings.detector.backend

@@ -92,6 +92,8 @@ def test_what_cannot_be_decoded_is_named_and_the_rest_is_done(capsys, picture, t
     [
         (["missing.png"], "missing.png: no such image"),
         (["{picture}", "--family", "5x5"], "no marker family '5x5'"),
+        (["{picture}", "--id", "1", "--detector", "yolo"], "detector.yolo.model: names no model: "),
+        (["{picture}", "--id", "1", "--detector", "yolo", "--model", "nowhere.onnx"], "no file nowhere.onnx: "),
         (["{picture}", "--family", "5x5_50", "--detector", "apriltag"], "reads apriltag_16h5,"),
         (
             ["{picture}", "--camera", "missing.toml"],

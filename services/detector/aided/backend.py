@@ -17,6 +17,7 @@ from services.detector.aided.noise import noise_level
 from services.detector.aided.patience import Patience
 from services.detector.aided.pattern import pattern_of
 from services.detector.aided.pixel_rays import PixelRays
+from services.detector.aided.places import Places
 from services.detector.aided.round_guess import rounded
 from services.detector.aided.search import BANK_SIDE_PX, PatternSearch, Proposal
 from services.detector.aided.tracking import Track, shifted_to_match
@@ -52,18 +53,21 @@ class AidedBackend:
 
     name = "aided"
 
-    def __init__(self, layout: PadLayout, whole_frame: Detector) -> None:
+    def __init__(self, layout: PadLayout, whole_frame: Detector, places: Places | None = None) -> None:
         """Prepare the pattern.
 
         Args:
             layout: The pad.
             whole_frame: What finds large markers without any hint.
+            places: What says where to look for the pattern where nothing is known; by default it is looked for everywhere.
         """
         self._layout = layout
         self._main = layout.markers[0]
         self._pattern = pattern_of(self._main, layout)
         self._search = PatternSearch(self._pattern)
         self._whole_frame = whole_frame
+        self._places = places
+        self.name = self.name if places is None else places.name
         self._camera: PinholeCamera | None = None
         self._aligner: Aligner | None = None
         self._track = Track()
@@ -82,19 +86,19 @@ class AidedBackend:
         self._track.lost()
         self._noise = noise_level(view.picture)
         anywhere = self._patience.allows(view.captured_at_ns)
-        if (
-            view.prior is not None
-            and view.prior.height_m is not None
-            and (anywhere or view.prior.centre_px is not None)
-        ):
+        if view.prior is not None and self._is_worth_a_search(view.prior, anywhere):
             alignment = self._acquired(view, view.prior, aligner)
+            if alignment is not None:
+                return self._begun(view, alignment)
+        if self._places is not None and anywhere:
+            alignment = self._at_places(view, self._places, aligner)
             if alignment is not None:
                 return self._begun(view, alignment)
         found = self._whole_frame.detect(view)
         if any(self._layout.find(marker.family, marker.id) for marker in found):
             self._patience.found()
             return tuple(self._sharpened(view, marker, aligner) for marker in found)
-        if not anywhere:
+        if not anywhere or self._places is not None:
             return found
         # Height and place may be wrong: look once more without them.
         alignment = self._acquired(view, _attitude_of(view.prior), aligner)
@@ -107,7 +111,13 @@ class AidedBackend:
 
     def counters(self) -> Mapping[str, int]:
         """How the pad was found."""
-        return {**self._whole_frame.counters(), **self._tally.counts}
+        places = self._places.counters() if self._places is not None else {}
+        return {**self._whole_frame.counters(), **self._tally.counts, **places}
+
+    def _is_worth_a_search(self, prior: Prior, anywhere: bool) -> bool:
+        if prior.height_m is None:
+            return False
+        return prior.centre_px is not None or (anywhere and self._places is None)
 
     def _aligner_for(self, view: View) -> Aligner:
         height, width = view.picture.shape
@@ -130,10 +140,28 @@ class AidedBackend:
     def _acquired(self, view: View, prior: Prior | None, aligner: Aligner) -> Alignment | None:
         """The marker where, and as large as, the prior says, or anywhere and of any size small enough where it says nothing."""
         self._tally.add("pattern_searches")
+        levels = _levels(prior, aligner.camera, self._main.side_m)
+        return self._among(view, prior, aligner, [(scale, _region(prior, side_px)) for side_px, scale in levels])
+
+    def _at_places(self, view: View, places: Places, aligner: Aligner) -> Alignment | None:
+        """The marker where somebody else thinks that it may be. Its size there is no knowledge, and nothing is verified against it."""
+        prior, camera = _attitude_of(view.prior), aligner.camera
+        focal_px, normal_camera = (camera.fx_px + camera.fy_px) / 2.0, _tilt(prior).normal_camera
+        areas: list[tuple[float, Region | None]] = []
+        for place in places.places(view):
+            side = place.side_at_unit_distance(camera, normal_camera)
+            if side > 0.0:
+                scale = min(BANK_SIDE_PX / (focal_px * side), _LARGEST_ENLARGING)
+                areas.append((scale, Region(place.x_px, place.y_px, place.reach_px + place.side_px)))
+        return self._among(view, prior, aligner, areas)
+
+    def _among(
+        self, view: View, prior: Prior | None, aligner: Aligner, areas: list[tuple[float, Region | None]]
+    ) -> Alignment | None:
+        """The marker in one of the areas, each looked at with its scale."""
         tilt = _tilt(prior)
         scored: list[tuple[Proposal, LevelView]] = []
-        for side_px, scale in _levels(prior, aligner.camera, self._main.side_m):
-            region = _region(prior, side_px)
+        for scale, region in areas:
             level = level_view(view.picture, aligner.camera, tilt.normal_camera, scale, region)
             if level is not None:
                 scored += [(each, level) for each in self._search.proposals(level.picture, _PROPOSALS)]

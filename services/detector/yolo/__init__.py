@@ -1,0 +1,1 @@
+"""The backend `yolo`: a learned model proposes where the pad may be, and `aided` looks there."""
