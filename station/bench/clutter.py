@@ -19,8 +19,10 @@ _FINER = 4
 _PIXEL_BLUR_PX = math.sqrt(1.0 / 12.0)
 
 
-def strewn(picture: Picture, random: np.random.Generator, noise_level: float, keep: Keep | None) -> Picture:
-    """The picture with 15 to 60 things in it, of 6 to 60 pixels, turned any way, blurred and noisy as the rest."""
+def strewn(
+    picture: Picture, random: np.random.Generator, noise_level: float, keep: Keep | None, *, codes: bool = True
+) -> Picture:
+    """The picture with 15 to 60 things in it, of 6 to 60 pixels, turned any way, blurred and noisy as the rest; codes of random cells only if wanted."""
     out = picture.astype(np.float32)
     height, width = picture.shape
     for _ in range(int(random.integers(_FEWEST, _MOST))):
@@ -29,7 +31,7 @@ def strewn(picture: Picture, random: np.random.Generator, noise_level: float, ke
         reach = int(size_px) + 3
         if keep is not None and max(abs(x - keep[0]), abs(y - keep[1])) < reach + keep[2]:
             continue
-        shade, cover = _Thing(random, size_px, reach, (x - int(x), y - int(y))).drawn()
+        shade, cover = _Thing(random, size_px, reach, (x - int(x), y - int(y))).drawn(codes=codes)
         left, top = int(x) - reach, int(y) - reach
         x0, y0, x1, y1 = max(left, 0), max(top, 0), min(left + 2 * reach + 1, width), min(top + 2 * reach + 1, height)
         part = slice(y0 - top, y1 - top), slice(x0 - left, x1 - left)
@@ -51,16 +53,10 @@ class _Thing:
         self._dark, self._bright = float(random.uniform(15, 90)), float(random.uniform(150, 240))
         self._any = float(random.uniform(15, 240))
 
-    def drawn(self) -> tuple[Layer, Layer]:
+    def drawn(self, *, codes: bool) -> tuple[Layer, Layer]:
         """Shade and cover."""
-        kinds: tuple[Callable[[], None], ...] = (
-            self._plate,
-            self._frame,
-            self._code,
-            self._code,
-            self._disc,
-            self._stripes,
-        )
+        coded = (self._code, self._code) if codes else ()
+        kinds: tuple[Callable[[], None], ...] = (self._plate, self._frame, *coded, self._disc, self._stripes)
         kinds[int(self._random.integers(len(kinds)))]()
         blur_px = math.hypot(float(self._random.uniform(0.4, 1.0)), _PIXEL_BLUR_PX) * _FINER
         return self._smaller(self._shade, blur_px), self._smaller(self._cover, blur_px)

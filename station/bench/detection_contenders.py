@@ -56,8 +56,8 @@ class _Clock:
         return self._now_ns
 
 
-def contenders() -> list[Contender]:
-    """OpenCV's default first, then the backends, each with all that it can be told."""
+def contenders(model: str = "") -> list[Contender]:
+    """OpenCV's default first, then the backends, each with all that it can be told; `yolo` only with a model, an ONNX file."""
     clock = _Clock()
 
     def alone(detector: Detector | PlainOpenCV) -> Looking:
@@ -69,7 +69,7 @@ def contenders() -> list[Contender]:
         )
 
     aided = backend("aided")
-    return [
+    rivals = [
         Contender("OpenCV default", alone(PlainOpenCV(subpixel=False))),
         Contender("OpenCV SUBPIX", alone(PlainOpenCV(subpixel=True))),
         Contender("aruco", alone(backend("aruco"))),
@@ -77,11 +77,18 @@ def contenders() -> list[Contender]:
         Contender("aided: + height, attitude", told(aided, place=False)),
         Contender("aided: + place", told(aided, place=True)),
     ]
+    if model:
+        yolo = backend("yolo", model)
+        rivals += [
+            Contender("yolo: layout", alone(yolo)),
+            Contender("yolo: + height, attitude", told(yolo, place=False)),
+        ]
+    return rivals
 
 
-def backend(name: str) -> Detector:
-    """One of our own, looking for the paper's pad."""
-    return detector_from(Settings.model_validate({"detector": {"backend": name}}))
+def backend(name: str, model: str = "") -> Detector:
+    """One of our own, looking for the paper's pad; `yolo` with that model."""
+    return detector_from(Settings.model_validate({"detector": {"backend": name, "yolo": {"model": model}}}))
 
 
 def _pad(found: tuple[FoundMarker, ...]) -> FoundMarker | None:

@@ -22,15 +22,16 @@ def bench_detection_range(words: list[str] | None = None) -> None:
     parser.add_argument("--poses", type=int, default=16, metavar="N", help="poses a height (default: %(default)s)")
     parser.add_argument("--clutter", type=int, default=150, metavar="N", help="frames without any marker")
     parser.add_argument("--others", type=int, default=60, metavar="N", help="frames with another marker")
+    parser.add_argument("--model", default="", metavar="FILE", help="an ONNX model: compare `yolo` with it, too")
     options = parser.parse_args(words or [])
     one_thread()
-    print_rates(options.poses)
-    print_false_alarms(options.clutter, options.others)
+    print_rates(options.poses, options.model)
+    print_false_alarms(options.clutter, options.others, options.model)
 
 
-def print_rates(poses: int) -> None:
+def print_rates(poses: int, model: str) -> None:
     """Detections in percent, by height."""
-    studio, rivals = Studio(_SEED), contenders()
+    studio, rivals = Studio(_SEED), contenders(model)
     rows = []
     for height_m in HEIGHTS_M:
         hits = np.zeros(len(rivals), int)
@@ -41,9 +42,9 @@ def print_rates(poses: int) -> None:
     print_table(f"Pad found, percent of {poses} poses a height (640x480, seed {_SEED})", head, rows)
 
 
-def print_false_alarms(clutter: int, others: int) -> None:
+def print_false_alarms(clutter: int, others: int, model: str) -> None:
     """Detections of the pad where it is not."""
-    rivals = contenders()
+    rivals = contenders(model)
     blank = [0] * len(rivals)
     studio = Studio(_SEED + 1)
     for picture in studio.clutter(clutter):

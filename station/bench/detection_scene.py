@@ -1,7 +1,7 @@
 """Pictures of a pad with known corners, clutter, and other markers, for the benches of the detectors."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -65,25 +65,35 @@ class Shot:
 class Studio:
     """Sixteen cameras, each with its own ground, blur (0.4 to 1.0 px), noise (2 to 6 grey levels) and, every other one, the edge of a shadow."""
 
-    def __init__(self, seed: int, *, number: int = 68, scale: float = 1.0, height_px: int = 480) -> None:
+    def __init__(
+        self,
+        seed: int,
+        *,
+        number: int = 68,
+        pads: Sequence[Mapping[str, object]] = (),
+        scale: float = 1.0,
+        height_px: int = 480,
+    ) -> None:
         """Set the cameras up.
 
         Args:
             seed: Of everything random.
             number: Which marker the pad is.
+            pads: Sections `pad` of the settings, one camera's after the other's, instead of that marker: of the paper's size.
             scale: Of the picture: 3 makes 1920x1440 of 640x480.
             height_px: How many of its rows there are: those about the middle.
         """
         self._random = generator(seed, "bench.detection")
         self._calibration = _scaled(configured_calibration(Settings().camera), scale, height_px)
         self.camera = PinholeCamera.from_calibration(self._calibration)
-        settings = [self._settings(seed, number, index) for index in range(_CAMERAS)]
+        pads = pads or ({"id": number},)
+        settings = [self._settings(seed, pads[index % len(pads)], index) for index in range(_CAMERAS)]
         self._cameras = [SimulatedCamera(each, self._calibration) for each in settings]
         layout = layout_from(settings[0].pad)
         self._corners_m, self._side_m = layout.markers[0].corners_m(), layout.markers[0].side_m
         self._noises = [each.camera.simulated.optics.noise_level for each in settings]
 
-    def _settings(self, seed: int, number: int, index: int) -> Settings:
+    def _settings(self, seed: int, pad: Mapping[str, object], index: int) -> Settings:
         draw = self._random
         sunlight = {
             "shadow_depth": draw.uniform(0.3, 0.6) if index % 2 else 0.0,
@@ -97,11 +107,18 @@ class Studio:
         }
         simulated = {"optics": optics, "sunlight": sunlight}
         return Settings.model_validate(
-            {"seed": seed * _CAMERAS + index, "pad": {"id": number}, "camera": {"simulated": simulated}}
+            {"seed": seed * _CAMERAS + index, "pad": dict(pad), "camera": {"simulated": simulated}}
         )
 
-    def shots(self, height_m: float, count: int, *, clutter: bool = False) -> Iterator[Shot]:
-        """Pictures from one height: tilt 0 to 15 degrees, any heading, the whole marker anywhere in the picture, motion smear to 3 px."""
+    def shots(self, height_m: float, count: int, *, clutter: bool = False, codes: bool = True) -> Iterator[Shot]:
+        """Pictures from one height: tilt 0 to 15 degrees, any heading, the whole marker anywhere in the picture, motion smear to 3 px.
+
+        Args:
+            height_m: Of the camera above the pad.
+            count: How many.
+            clutter: Whether things lie around the pad.
+            codes: Whether there are codes that are no markers among them.
+        """
         for index in range(count):
             truth, viewpoint = self._placed(height_m)
             picture = self._cameras[index % _CAMERAS].capture(truth)
@@ -109,13 +126,15 @@ class Studio:
             if clutter:
                 middle = corners.mean(axis=0)
                 reach = float(np.abs(corners - middle).max()) * 1.5 + _CLEAR_PX
-                picture = strewn(picture, self._random, self._noises[index % _CAMERAS], (*middle.tolist(), reach))
+                picture = strewn(
+                    picture, self._random, self._noises[index % _CAMERAS], (*middle.tolist(), reach), codes=codes
+                )
             centre_m = viewpoint.in_camera(np.zeros((1, 3)))[0]
             R = viewpoint.R_marker_camera.T
             yield Shot(picture, self.camera, corners, R, centre_m, viewpoint.position_marker_m[2])
 
-    def clutter(self, count: int) -> Iterator[Picture]:
-        """Pictures of the ground without any pad, strewn with plates, frames, stripes, discs and codes that are no markers."""
+    def clutter(self, count: int, *, codes: bool = True) -> Iterator[Picture]:
+        """Pictures of the ground without any pad, strewn with plates, frames, stripes, discs and, if wanted, codes that are no markers."""
         for index in range(count):
             height_m = float(2.0 * 30.0 ** self._random.random())
             aside_m = self._random.uniform(20.0, 40.0) * height_m
@@ -123,7 +142,7 @@ class Studio:
                 (aside_m, self._random.uniform(0.0, 300.0), -height_m), self._attitude(), (0.0, 0.0, 0.0)
             )
             picture = self._cameras[index % _CAMERAS].capture(truth)
-            yield strewn(picture, self._random, self._noises[index % _CAMERAS], None)
+            yield strewn(picture, self._random, self._noises[index % _CAMERAS], None, codes=codes)
 
     def prior(self, shot: Shot, *, place: bool) -> Prior:
         """What a system could know of a shot: attitude and height, and, if wanted, the place, all with errors."""

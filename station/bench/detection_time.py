@@ -26,13 +26,19 @@ def bench_detection_time(words: list[str] | None = None) -> None:
     """Print the tables; times are of the thread itself, so that other programs on the machine do not count."""
     parser = argparse.ArgumentParser(prog="python -m station.bench detection-time")
     parser.add_argument("--poses", type=int, default=8, metavar="N", help="poses a height (default: %(default)s)")
+    parser.add_argument("--model", default="", metavar="FILE", help="an ONNX model: time `yolo` with it, too")
     options = parser.parse_args(words or [])
     one_thread()
-    _print("640x480", Studio(_SEED), options.poses)
-    _print("1920x1080", Studio(_SEED + 1, scale=_FULL_HD, height_px=_FULL_HD_ROWS), max(options.poses // 2, 1))
+    _print("640x480", Studio(_SEED), options.poses, options.model)
+    _print(
+        "1920x1080",
+        Studio(_SEED + 1, scale=_FULL_HD, height_px=_FULL_HD_ROWS),
+        max(options.poses // 2, 1),
+        options.model,
+    )
 
 
-def _print(title: str, studio: Studio, poses: int) -> None:
+def _print(title: str, studio: Studio, poses: int, model: str) -> None:
     shots = [shot for height_m in _HEIGHTS_M for shot in studio.shots(height_m, poses)]
     blank = [_empty(studio, picture) for picture in studio.clutter(poses * 2)]
     plain, aruco, aided = PlainOpenCV(subpixel=False), backend("aruco"), backend("aided")
@@ -46,6 +52,13 @@ def _print(title: str, studio: Studio, poses: int) -> None:
         ("aided, near a prediction", aided, _told_where, shots),
         ("aided, tracking", aided, _followed, shots),
     ]
+    if model:
+        yolo = backend("yolo", model)
+        runs += [
+            ("yolo, whole frame, layout only", yolo, _alone, shots),
+            ("yolo, whole frame, no pad there", yolo, _alone, blank),
+            ("yolo, height and attitude", yolo, _told, shots),
+        ]
     rows, first = [], 0.0
     for name, detector, look, pictures in runs:
         took_ms = _timed(detector, look, studio, pictures)
