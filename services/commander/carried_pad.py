@@ -18,12 +18,12 @@ none carries nothing. The place is not refused for that; it ages as one of which
 import math
 from dataclasses import dataclass
 
+from alight.geometry.horizontal_sigma import horizontal_sigma
 from alight.geometry.local import moved_by_ned
 from alight.runtime.clock import nanoseconds, seconds
 from schemas.estimate import PadEstimate
-from schemas.message import GlobalPosition, Vector3
+from schemas.message import GlobalPosition, Matrix3, Vector3
 from schemas.settings.commander import CarrySettings
-from services.commander.horizontal_sigma import horizontal_sigma
 
 STILL: Vector3 = (0.0, 0.0, 0.0)
 
@@ -61,7 +61,7 @@ def carried(estimate: PadEstimate, settings: CarrySettings, now_ns: int) -> Carr
     elif until_ns > since_ns:
         north, east, down = (speed * seconds(until_ns - since_ns) for speed in told_mps)
         position = moved_by_ned(position, (north, east, down))
-    sigma_m = horizontal_sigma(estimate.covariance_ned_m2) + drift_sigma_mps * age_s
+    sigma_m = _to_the_sides(estimate.covariance_ned_m2) + drift_sigma_mps * age_s
     return CarriedPad(position, estimate.azimuth_rad, sigma_m, told_mps if until_ns == now_ns else STILL)
 
 
@@ -70,7 +70,12 @@ def believed_drift_sigma_mps(estimate: PadEstimate, settings: CarrySettings) -> 
     if estimate.velocity_ned_mps is None or estimate.velocity_covariance_ned is None:
         return None
     north, east, down = estimate.velocity_ned_mps
-    sigma_mps = horizontal_sigma(estimate.velocity_covariance_ned)
+    sigma_mps = _to_the_sides(estimate.velocity_covariance_ned)
     if math.isnan(sigma_mps) or max(math.hypot(north, east), abs(down), sigma_mps) > settings.max_drift_mps:
         return None
     return sigma_mps
+
+
+def _to_the_sides(covariance_ned: Matrix3) -> float:
+    nn, ne, _, _, ee, *_ = covariance_ned
+    return horizontal_sigma(nn, ne, ee)

@@ -4,12 +4,12 @@ import math
 from collections import Counter
 from enum import StrEnum
 
+from alight.geometry.horizontal_sigma import horizontal_sigma
 from alight.geometry.local import ned_between
 from alight.runtime.clock import nanoseconds
 from schemas.estimate import PadEstimate
 from schemas.settings.commander import GateSettings
 from schemas.vehicle import VehicleState
-from services.commander.horizontal_sigma import horizontal_sigma
 
 JUMP_PART_OF_HEIGHT = 0.1
 GAP_S = 2.5
@@ -60,7 +60,8 @@ class EstimateGate:
     def _judge(self, estimate: PadEstimate, vehicle: VehicleState | None) -> Verdict:
         if self.newest is not None and estimate.captured_at_ns <= self.newest.captured_at_ns:
             return Verdict.OLD
-        sigma_m = horizontal_sigma(estimate.covariance_ned_m2)
+        nn, ne, _, _, ee, *_ = estimate.covariance_ned_m2
+        sigma_m = horizontal_sigma(nn, ne, ee)
         if not sigma_m <= self._settings.max_sigma_m:
             return Verdict.TOO_UNCERTAIN
         if vehicle is None:

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from alight.geometry.horizontal_sigma import horizontal_sigma
 from alight.geometry.rotation import wrap_pi
 from alight.runtime.clock import seconds
 from schemas.message import Vector3
@@ -100,9 +101,8 @@ class PadTrack:
 
     @property
     def horizontal_sigma_m(self) -> float:
-        """Standard deviation along the major horizontal axis, metres."""
-        nn, ne, ee = float(self._P[0, 0]), float(self._P[0, 1]), float(self._P[1, 1])
-        return math.sqrt(max(0.0, 0.5 * (nn + ee) + math.hypot(0.5 * (nn - ee), ne)))
+        """Standard deviation along the major horizontal axis, metres; NaN if the covariance is none."""
+        return horizontal_sigma(float(self._P[0, 0]), float(self._P[0, 1]), float(self._P[1, 1]))
 
     @property
     def drift_mps(self) -> Vector3:
