@@ -69,9 +69,15 @@ class AutopilotClock:
     @property
     def uncertainty_s(self) -> float:
         """Half of the shortest round trip in the window, and by how much the replies contradict their line, seconds."""
-        if not self._replies:
+        shortest_ns = self._shortest_round_trip_ns
+        if shortest_ns is None:
             return ONE_WAY_UNCERTAINTY_S
-        return min(reply.round_trip_ns for reply in self._replies) / 2 / NS_PER_S + self._scatter_s
+        return shortest_ns / 2 / NS_PER_S + self._scatter_s
+
+    @property
+    def _shortest_round_trip_ns(self) -> int | None:
+        """Of the replies in the window; None before the first."""
+        return min((reply.round_trip_ns for reply in self._replies), default=None)
 
     def take_reply(self, sent_ns: int, boot_ns: int, now_ns: int) -> None:
         """Take the answer to a TIMESYNC request of our own; nonsense is left out.
@@ -121,11 +127,12 @@ class AutopilotClock:
 
     def health(self, now_ns: int) -> ClockHealth:
         """How well the autopilot's clock is known at `now_ns`, UTC ns."""
-        if self._came_ns is None:
+        shortest_ns = self._shortest_round_trip_ns
+        if self._came_ns is None or shortest_ns is None:
             return ClockHealth(of="autopilot", uncertainty_s=self.uncertainty_s, outliers=self.outliers)
         return ClockHealth(
             of="autopilot",
-            round_trip_s=seconds(min(reply.round_trip_ns for reply in self._replies)),
+            round_trip_s=seconds(shortest_ns),
             uncertainty_s=self.uncertainty_s,
             jitter_s=self._scatter_s,
             drift_ppm=self._drift.ppm,
@@ -156,7 +163,8 @@ class AutopilotClock:
         return abs(reply.boot_ns + reply.offset_ns - expected_ns) > OUTLIER_NS + reply.round_trip_ns
 
     def _fit(self) -> None:
-        shortest_ns = min(reply.round_trip_ns for reply in self._replies)
+        shortest_ns = self._shortest_round_trip_ns
+        assert shortest_ns is not None, "a reply has just come"
         good = [reply for reply in self._replies if reply.round_trip_ns <= 2 * shortest_ns + NS_PER_S // 2000]
         reference_ns = good[-1].boot_ns
         base_ns = good[-1].offset_ns
