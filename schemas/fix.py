@@ -61,6 +61,10 @@ class FixInput(StrEnum):
     """The camera's orientation by the settings."""
     GIMBAL = "gimbal"
     """The camera's orientation by the angles that a gimbal reported."""
+    PAD_AZIMUTH = "pad_azimuth"
+    """The pad's surveyed azimuth, against which its print tells the heading's error."""
+    PAD_TILT = "pad_tilt"
+    """How level the pad was surveyed to lie, against which its print tells the error of roll and pitch."""
     CORRECTION = "correction"
     """A correction of the installation's systematic error."""
 

@@ -83,6 +83,20 @@ class SurveyedHeading(Section):
     """How long the compass's error lasts (first-order Gauss-Markov process of the size `uncertainty.yaw_deg`), seconds."""
 
 
+class SurveyedTilt(Section):
+    """Takes roll and pitch from how the pad is tilted in the picture beside the autopilot's, where the pad's own tilt is known well."""
+
+    pad_tilt_deg: tuple[SmallAngle, SmallAngle] | None = None
+    """By how much the pad is turned from level about north and about east, degrees: positive has its east edge lower, and its north edge
+    higher. `alight calibrate bias` finds it; [0.0, 0.0] for one that was levelled. Left out, the autopilot's attitude alone counts. For a pad
+    that stays where it is, and seen from aside: from straight above a print hardly shows a tilt, and little is gained."""
+    sigma_deg: float = Field(default=0.05, ge=0.0, le=45.0)
+    """How well it is known about each axis, one sigma, degrees."""
+    time_s: float = Field(default=5.0, gt=0.0, le=3600.0)
+    """How long the error of roll and pitch lasts (first-order Gauss-Markov process), seconds. Its size is `uncertainty.roll_pitch_deg`, with
+    that of the mount: say that to the tenth of a degree, or the picture's noise takes the place of the autopilot's."""
+
+
 class LevelPrior(Section):
     """The pad lies flat: this decides between the two planar solutions where the picture cannot."""
 
@@ -191,6 +205,7 @@ class GeolocatorSettings(Section):
     level: LevelPrior = LevelPrior()
     uncertainty: FixUncertainty = FixUncertainty()
     heading: SurveyedHeading = SurveyedHeading()
+    tilt: SurveyedTilt = SurveyedTilt()
     correction_file: str = ""
     """TOML file that `alight calibrate bias` has written; empty for the section below."""
     correction: Correction = Correction()

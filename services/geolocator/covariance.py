@@ -11,6 +11,7 @@ from schemas.detection import MarkerPose
 from schemas.fix import FixVerdict, SharedErrors
 from schemas.message import Vector3
 from schemas.settings.geolocator import FixUncertainty
+from services.geolocator.pad_attitude import AttitudeAid
 from services.geolocator.pose_history import Pose
 from services.geolocator.refusal import FixRefusedError
 from services.geolocator.view import View
@@ -42,6 +43,16 @@ class Spread(NamedTuple):
         """What becomes of it in a mapping of the vector that has this Jacobian."""
         noise, *shared = self
         return Spread(congruent(jacobian, noise), *[times(jacobian, one) for one in shared])
+
+    def by_pad(self, aid: AttitudeAid, pad_ned_m: Vector3) -> "Spread":
+        """With what is left of the attitude's errors where the pad tells them, those of the mount in it."""
+        return self._replace(
+            tilt_north=_cross(aid.tilt_north_rad, pad_ned_m),
+            tilt_east=_cross(aid.tilt_east_rad, pad_ned_m),
+            heading=_cross(aid.heading_rad, pad_ned_m),
+            mount_roll=_NOTHING,
+            mount_pitch=_NOTHING,
+        )
 
     def as_place(self, vehicle: Pose, time_sigma_s: float) -> "Spread":
         """That of the pad's coordinates instead of the vector's: a vehicle looked for at the wrong time is in another place, too."""
@@ -186,8 +197,22 @@ class ErrorModel:
         rate_down_rps = rotated(vehicle.q_ned_body, vehicle.angular_velocity_body_rps)[2]
         return corners + vehicle.attitude_sigma_rad**2 + (rate_down_rps * self.time_sigma_s(vehicle)) ** 2
 
-    def shared_errors(self, spread: Spread) -> SharedErrors:
-        """The form in which what is shared travels."""
+    def orientation_noise_rad2(self, pose: MarkerPose, view: View) -> Flat3:
+        """Covariance of the small turn about north, east and down by which one look errs on how the print lies: as for the azimuth.
+
+        Raises:
+            FixRefusedError: BAD_COVARIANCE if the pose's covariance is not symmetric positive definite.
+        """
+        vehicle, C = view.vehicle, pose.covariance
+        _check(C)
+        turned = congruent(view.R_ned_camera, (C[21], C[22], C[23], C[27], C[28], C[29], C[33], C[34], C[35]))
+        nn, ne, nd, en, ee, ed, dn, de, dd = _with_diagonal(turned, vehicle.attitude_sigma_rad**2)
+        time_s = self.time_sigma_s(vehicle)
+        p, q, r = rotated(vehicle.q_ned_body, vehicle.angular_velocity_body_rps)
+        return (nn + (p * time_s) ** 2, ne, nd, en, ee + (q * time_s) ** 2, ed, dn, de, dd + (r * time_s) ** 2)
+
+    def shared_errors(self, spread: Spread, heading_rad: float) -> SharedErrors:
+        """The form in which what is shared travels; `heading_rad` is that of the heading, one standard deviation."""
         return SharedErrors(
             tilt_north_ned_m=spread.tilt_north,
             tilt_east_ned_m=spread.tilt_east,
@@ -200,7 +225,7 @@ class ErrorModel:
             height_ned_m=spread.height,
             mount_roll_ned_m=spread.mount_roll,
             mount_pitch_ned_m=spread.mount_pitch,
-            heading_rad=self.heading_rad,
+            heading_rad=heading_rad,
         )
 
 

@@ -15,7 +15,6 @@ from schemas.settings import Settings
 from schemas.vehicle import GimbalState, VehicleState
 from services.geolocator.camera_mount import CameraMount
 from services.geolocator.geolocation import Geolocation
-from services.geolocator.pad_heading import PadHeading
 from services.geolocator.pad_sight import pad_in
 from services.geolocator.pose_history import PoseHistory
 from services.geolocator.refusal import FixRefusedError
@@ -40,7 +39,6 @@ class Geolocator(Node):
         self._mount = CameraMount(self._settings.mount, self._settings.lookup)
         self._geolocation = Geolocation(self._settings)
         self._latency_ns = nanoseconds(self._settings.correction.extrinsic.image_latency_s)
-        self._heading = PadHeading(self._settings.heading, self._settings.uncertainty.yaw_deg)
         self._calibration: CameraCalibration | None = None
         self._newest_capture_ns = -1
         self._counters: Counter[str] = Counter()
@@ -53,13 +51,14 @@ class Geolocator(Node):
 
     def counters(self) -> Mapping[str, int]:
         """Fixes by verdict, and vehicle and gimbal states that were nonsense."""
-        refused = {"heading_refused": self._heading.refused} if self._heading.refused else {}
-        return {**self._counters, **refused}
+        attitude = self._geolocation.attitude
+        refused = {"heading_refused": attitude.heading_refused, "tilt_refused": attitude.tilt_refused}
+        return {**self._counters, **{name: count for name, count in refused.items() if count}}
 
     def complaints(self, now_ns: int) -> tuple[str, ...]:  # noqa: ARG002
         """Says so if detections of the pad keep being refused."""
         if self._refused_in_a_row < _COMPLAIN_AFTER:
-            return self._heading.complaints()
+            return self._geolocation.attitude.complaints()
         return (f"the last {self._refused_in_a_row} detections gave no fix: {self._last_refusal}",)
 
     def _on_calibration(self, arrival: Arrival[CameraCalibration]) -> Outputs:
@@ -79,7 +78,7 @@ class Geolocator(Node):
     def _on_detection(self, arrival: Arrival[Detection]) -> Outputs:
         detection = arrival.message
         try:
-            fix = self._heading.aided(self._located(detection, arrival.now_ns))
+            fix = self._located(detection, arrival.now_ns)
         except FixRefusedError as refusal:
             fix = _refused(detection, refusal.verdict, refusal.detail, arrival.now_ns)
         except (ValueError, ArithmeticError) as error:

@@ -3,7 +3,12 @@
 from typing import NamedTuple
 
 from alight.geometry.flat_matrix import Flat3, flat_rotation, times
-from alight.geometry.rotation import quaternion_multiply, rotated
+from alight.geometry.rotation import (
+    quaternion_from_rotation_vector,
+    quaternion_multiply,
+    quaternion_normalised,
+    rotated,
+)
 from schemas.message import Quaternion, Vector3
 from services.geolocator.pose_history import Pose
 
@@ -24,6 +29,14 @@ class View(NamedTuple):
         north, east, down = times(self.R_ned_camera, p_camera_m)
         camera_n, camera_e, camera_d = self.camera_ned_m
         return (camera_n + north, camera_e + east, camera_d + down)
+
+    def turned(self, turn_rad: Vector3) -> "View":
+        """The same view with the vehicle and its camera turned by a rotation vector about north, east and down, rad."""
+        turn = quaternion_from_rotation_vector(turn_rad)
+        q_ned_camera = quaternion_normalised(quaternion_multiply(turn, self.q_ned_camera))
+        q_ned_body = quaternion_normalised(quaternion_multiply(turn, self.vehicle.q_ned_body))
+        vehicle, camera_ned_m = self.vehicle._replace(q_ned_body=q_ned_body), rotated(turn, self.camera_ned_m)
+        return View(vehicle, q_ned_camera, flat_rotation(q_ned_camera), camera_ned_m, self.by_gimbal)
 
 
 def view_from(vehicle: Pose, q_body_camera: Quaternion, camera_in_body_m: Vector3, *, by_gimbal: bool) -> View:

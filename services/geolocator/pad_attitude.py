@@ -1,0 +1,168 @@
+"""A pad whose lie is surveyed tells the attitude better than compass and horizon: how the print is turned and tilted is the attitude's error."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from alight.geometry.flat_matrix import Flat3
+from alight.geometry.rotation import wrap_pi
+from alight.runtime.clock import seconds
+from schemas.fix import FixInput
+from schemas.message import Vector3
+from schemas.settings.geolocator import GeolocatorSettings
+
+Array = NDArray[np.float64]
+
+_GATE2 = 4.0**2
+"""In squared sigmas. A pad that seems to be turned or tilted by more does not lie as it was surveyed, or it is another."""
+_COMPLAIN_AFTER = 10
+_LASTING_PART, _LASTING_S = 0.5, 5.0
+"""What a picture says of the print's orientation is wrong by something that lasts (corners that blur alike, where they fall on the pixels)
+besides what is new in each: by this part of the variance, for so long."""
+_FIRST_EXCESS, _LOOKS = 4.0, 30
+"""By how much the orientation scatters more than the pose's covariance says, as a factor of the variance: what is believed at first, and
+over how many looks it is learnt. Never less than 1."""
+_ERRORS, _LASTING = slice(0, 3), slice(3, 6)
+_TILT, _HEADING = (0, 1), (2,)
+
+
+class Lie(NamedTuple):
+    """How the print lies, as one picture and the autopilot's attitude have it."""
+
+    captured_at_ns: int
+    normal_ned: Vector3
+    """Out of the print, unit vector: (0, 0, -1) if it is level."""
+    azimuth_rad: float
+    noise_rad2: Flat3
+    """Covariance of a small turn about north, east and down that the picture errs by."""
+
+
+class AttitudeAid(NamedTuple):
+    """The attitude's error as the pad tells it: turns about north, east and down, rad."""
+
+    turn_rad: Vector3
+    """By how much the attitude is turned too far."""
+    tilt_north_rad: Vector3
+    """What is left of the error, as three independent turns of one standard deviation each. Of the three only the last changes the heading."""
+    tilt_east_rad: Vector3
+    heading_rad: Vector3
+    inputs: tuple[FixInput, ...]
+    """What of the pad's lie was surveyed."""
+
+
+class PadAttitude:
+    """Follows the attitude's error by a Kalman filter.
+
+    State: the error about north, east and down (first-order Gauss-Markov processes of the sizes in `geolocator.uncertainty`), and as
+    much again for what pictures are lastingly wrong by, in standard deviations. Each look measures the sum of both. A pose that claims
+    more than the looks bear out counts as much less.
+    """
+
+    def __init__(self, settings: GeolocatorSettings) -> None:
+        tilt, heading, errors = settings.tilt, settings.heading, settings.uncertainty
+        self._lie_rad = np.radians([*(tilt.pad_tilt_deg or (0.0, 0.0)), heading.pad_azimuth_deg or 0.0])
+        tilt_deg = math.hypot(errors.roll_pitch_deg, errors.mount_roll_pitch_deg)
+        sizes = np.radians([tilt_deg, tilt_deg, errors.yaw_deg])
+        by_tilt = tilt.pad_tilt_deg is not None and tilt_deg > 0.0
+        by_heading = heading.pad_azimuth_deg is not None and errors.yaw_deg > 0.0
+        self._surveyed = [rows for rows, known in ((_TILT, by_tilt), (_HEADING, by_heading)) if known]
+        self._rows = [row for rows in self._surveyed for row in rows]
+        survey_rad = np.radians([tilt.sigma_deg, tilt.sigma_deg, heading.sigma_deg])
+        self._survey2 = np.diag([survey_rad[row] ** 2 if row in self._rows else 0.0 for row in range(3)])
+        self._inputs = tuple(FixInput.PAD_TILT if rows is _TILT else FixInput.PAD_AZIMUTH for rows in self._surveyed)
+        self._times_s = np.array([tilt.time_s, tilt.time_s, heading.time_s, *[_LASTING_S] * 3])
+        self._prior2 = np.array([*sizes**2, 1.0, 1.0, 1.0])
+        self._x, self._P = np.zeros(6), np.diag(self._prior2)
+        self._excess = _FIRST_EXCESS
+        self._at_ns: int | None = None
+        self._contradictions = 0
+        self._off_rad = np.zeros(3)
+        self._off_by: tuple[int, ...] = _HEADING
+        self.heading_refused = 0
+        """Looks at a pad whose azimuth contradicts the survey."""
+        self.tilt_refused = 0
+        """The same of its tilt."""
+
+    @property
+    def is_surveyed(self) -> bool:
+        """Whether there is anything to go by."""
+        return bool(self._rows)
+
+    def complaints(self) -> tuple[str, ...]:
+        """Says so if the pad keeps lying otherwise than surveyed."""
+        if self._contradictions < _COMPLAIN_AFTER:
+            return ()
+        north_deg, east_deg, down_deg = np.degrees(self._off_rad).tolist()
+        if self._off_by is _HEADING:
+            off = f"turned by {down_deg:+.1f} deg against geolocator.heading.pad_azimuth_deg"
+        else:
+            off = f"tilted by {north_deg:+.1f} and {east_deg:+.1f} deg against geolocator.tilt.pad_tilt_deg"
+        return (f"the pad is {off}: survey it anew, or leave the key out",)
+
+    def aid(self, lie: Lie) -> AttitudeAid | None:
+        """What a look at the pad tells of the attitude; None if nothing was surveyed, or the pad does not lie as surveyed."""
+        if not self._rows:
+            return None
+        self._predict(lie.captured_at_ns)
+        noise = np.reshape(lie.noise_rad2, (3, 3))
+        H = np.hstack((np.eye(3), math.sqrt(_LASTING_PART * self._excess) * np.linalg.cholesky(noise)))
+        off = self._off(lie)
+        away = off - H @ self._x
+        S = H @ self._P @ H.T + self._excess * noise
+        refused = next((rows for rows in self._surveyed if not self._is_expected(rows, away, S)), None)
+        if refused is not None:
+            self._refuse(refused, off)
+            return None
+        self._contradictions = 0
+        self._learn(away, noise)
+        self._take(H[self._rows], away[self._rows], S[np.ix_(self._rows, self._rows)])
+        return self._told()
+
+    def _off(self, lie: Lie) -> Array:
+        """How the print is turned against the survey about north, east and down, (3,), rad: a turn w moves its normal (0, 0, -1) by (-w_e, w_n, 0)."""
+        north, east, _ = lie.normal_ned
+        tilt_n, tilt_e, azimuth = self._lie_rad.tolist()
+        return np.array((east - tilt_n, -north - tilt_e, wrap_pi(lie.azimuth_rad - azimuth)))
+
+    def _predict(self, at_ns: int) -> None:
+        if self._at_ns is not None:
+            keep = np.exp(-max(0.0, seconds(at_ns - self._at_ns)) / self._times_s)
+            self._x = keep * self._x
+            self._P = self._P * np.outer(keep, keep) + np.diag((1.0 - keep**2) * self._prior2)
+        self._at_ns = at_ns
+
+    def _is_expected(self, rows: tuple[int, ...], away: Array, S: Array) -> bool:
+        at = list(rows)
+        expected = S[np.ix_(at, at)] + self._survey2[np.ix_(at, at)]
+        return float(away[at] @ np.linalg.solve(expected, away[at])) <= _GATE2
+
+    def _refuse(self, rows: tuple[int, ...], off: Array) -> None:
+        self._contradictions += 1
+        self._off_rad, self._off_by = off, rows
+        if rows is _HEADING:
+            self.heading_refused += 1
+        else:
+            self.tilt_refused += 1
+
+    def _learn(self, away: Array, noise: Array) -> None:
+        """By how much the looks scatter more than the poses claim."""
+        at = np.ix_(self._rows, self._rows)
+        claimed = self._P[_ERRORS, _ERRORS][at] + noise[at]
+        ratio = float(away[self._rows] @ np.linalg.solve(claimed, away[self._rows])) / len(self._rows)
+        self._excess = max(1.0, self._excess + (ratio - self._excess) / _LOOKS)
+
+    def _take(self, H: Array, away: Array, S: Array) -> None:
+        gain = np.linalg.solve(S, H @ self._P).T
+        self._x = self._x + gain @ away
+        P = self._P - gain @ S @ gain.T
+        self._P = (P + P.T) / 2.0
+
+    def _told(self) -> AttitudeAid:
+        order = [2, 0, 1]
+        L = np.linalg.cholesky((self._P[_ERRORS, _ERRORS] + self._survey2)[np.ix_(order, order)])
+        # Down first: the heading's error is then one of the three turns alone.
+        heading, tilt_n, tilt_e = ((column[1], column[2], column[0]) for column in L.T.tolist())
+        turn_n, turn_e, turn_d = self._x[_ERRORS].tolist()
+        return AttitudeAid((turn_n, turn_e, turn_d), tilt_n, tilt_e, heading, self._inputs)
