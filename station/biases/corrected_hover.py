@@ -1,10 +1,13 @@
 """A hover as today's geolocator locates it with a correction."""
 
 import dataclasses
+from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 
-from schemas.settings.geolocator import Correction, SurveyedHeading
+from schemas.settings.geolocator import Correction
+from schemas.settings.section import Section
 from station.biases.extrinsic_model import rotation_matrices
 from station.biases.recorded_hover import RecordedHover, settled, static_record
 from station.biases.sightings import Array
@@ -16,7 +19,7 @@ def corrected_hover(
     hover: RecordedHover,
     correction: Correction,
     pad_down_m: float = 0.0,
-    heading: SurveyedHeading = SurveyedHeading(),  # noqa: B008 - it is frozen
+    by_print: Mapping[str, Section] = MappingProxyType({}),
 ) -> StaticRecord:
     """The recorded detections through the geolocator with a correction.
 
@@ -24,9 +27,9 @@ def corrected_hover(
         hover: The hover.
         correction: What the geolocator shall apply.
         pad_down_m: How much lower than surveyed the pad is known to lie: taken off, since the reference counts from the survey.
-        heading: How the pad is turned, if the geolocator shall take the heading from it.
+        by_print: Sections `heading`, `tilt` and `uncertainty` of the geolocator, if it shall take the attitude from the pad.
     """
-    changed = {"correction": correction, "correction_file": "", "heading": heading}
+    changed = {"correction": correction, "correction_file": "", **by_print}
     geolocator = hover.settings.geolocator.model_copy(update=changed)
     settings = hover.settings.model_copy(update={"geolocator": geolocator})
     fixes = [logged.message for logged in relocated_fixes(hover.record, settings, "capture")]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from schemas.settings.geolocator import Correction, Extrinsic
 from station.biases.cylindrical_fit import FitError
 from station.biases.extrinsic_model import NAMES, PARAMETERS, BelievedCamera, predicted_px
-from station.biases.sightings import Array, Sightings, thinned_to
+from station.biases.sightings import Array, Sightings, thinned_to, together
 
 MOST_FRAMES = 3000
 HUBER = 1.345
@@ -94,13 +94,17 @@ class ExtrinsicFit:
         return said
 
     def correction(self) -> Correction:
-        """What the geolocator undoes. The pad's height and azimuth are no part of it: the pad truly lies so."""
+        """What the geolocator undoes. The pad's height, azimuth and tilt are no part of it: the pad truly lies so."""
         known = {name: float(value) for name, value in zip(NAMES, self.values, strict=True) if name in _CORRECTED}
         return Correction(method="extrinsic", extrinsic=Extrinsic(**known))
 
     def value(self, name: str) -> float:
         """One parameter."""
         return float(self.values[NAMES.index(name)])
+
+    def sigma(self, name: str) -> float:
+        """Standard deviation of one parameter."""
+        return float(self.sigmas[NAMES.index(name)])
 
 
 _CORRECTED = frozenset(Extrinsic.model_fields)
@@ -155,21 +159,21 @@ class _Problem:
     def __init__(
         self, sightings: Sequence[Sightings], camera: BelievedCamera, pad_azimuth_deg: float, errors: AttitudeErrors
     ) -> None:
-        self._sightings, self._camera = sightings, camera
+        self._all, self._camera = together(sightings), camera
+        self._count = len(sightings)
+        self._of_frame = np.repeat(np.arange(self._count), [len(one) for one in sightings])
         free = bool(errors.prior_sigma_rad().any())
         own = np.tile(errors.prior_sigma_rad(), len(sightings)) if free else np.zeros(0)
         self._prior = np.concatenate([_PRIOR, own])
         self.start: Array = np.concatenate([_NOMINAL, np.zeros(len(own))])
         self.start[NAMES.index("pad_azimuth_deg")] = pad_azimuth_deg
-        sizes = [one.corners_px.size for one in sightings]
-        self._rows = [slice(end - size, end) for size, end in zip(sizes, np.cumsum(sizes), strict=True)]
-        self._recordings = np.repeat(np.arange(len(sightings)), sizes)
+        self._recordings = np.repeat(self._of_frame, self._all.corners_px[0].size)
         self._blocks = _blocks(sightings)
 
     def turns(self, state: Array) -> Array:
         """The recordings' attitude errors, (K, 3), rad."""
         own = state[_COUNT:]
-        return own.reshape(-1, 3) if len(own) else np.zeros((len(self._sightings), 3))
+        return own.reshape(-1, 3) if len(own) else np.zeros((self._count, 3))
 
     def residuals(self, state: Array) -> Array:
         """Seen minus predicted, (R,), pixels.
@@ -177,16 +181,10 @@ class _Problem:
         Raises:
             FitError: If a corner would be behind the camera.
         """
-        together = np.concatenate([self._of(number, state) for number in range(len(self._sightings))])
-        if not np.isfinite(together).all():
+        predicted = predicted_px(state[:_COUNT], self._all, self._camera, self.turns(state)[self._of_frame])
+        if not np.isfinite(predicted).all():
             raise FitError("the reference puts the pad behind the camera: check the mount and the pad's place")
-        return together
-
-    def _of(self, number: int, state: Array) -> Array:
-        """Residuals of one recording."""
-        one = self._sightings[number]
-        predicted = predicted_px(state[:_COUNT], one, self._camera, self.turns(state)[number])
-        return np.asarray((one.corners_px - predicted).ravel(), float)
+        return np.asarray((self._all.corners_px - predicted).ravel(), float)
 
     def solved(self, state: Array, inflation: float) -> Array:
         """Levenberg-Marquardt with Huber weights and the priors, from a start.
@@ -239,7 +237,7 @@ class _Problem:
         across = H[:_COUNT, _COUNT:]
         inverse = np.linalg.inv(shared - across @ np.linalg.solve(own, across.T)) if len(own) else np.linalg.inv(shared)
         units = np.outer(_PRIOR, _PRIOR)
-        if len(self._sightings) < LEAST_BLOCKS:
+        if self._count < LEAST_BLOCKS:
             return np.asarray(inverse * units, float)
         # With the attitude errors at their best, the derivative of the cost by the parameters is that with these errors held.
         middle = _meat(r, J[:, :_COUNT], w, scale, self._recordings) / inflation**2 + np.eye(_COUNT)
@@ -256,16 +254,24 @@ class _Problem:
         return float(huber.sum() / inflation + 0.5 * np.sum(((state - self.start) / self._prior) ** 2))
 
     def _jacobian(self, state: Array) -> Array:
-        """Of the prediction by each unknown in prior sigmas, (R, P + 3 K), by central differences."""
+        """Of the prediction by each unknown in prior sigmas, (R, P + 3 K), by central differences.
+
+        An attitude error moves its own recording alone, so that one difference tells of all recordings' errors about one axis.
+        """
         J = np.zeros((len(self._recordings), len(state)))
-        for index, sigma in enumerate(self._prior):
-            step = np.zeros(len(state))
-            step[index] = 1e-4 * sigma
-            concerned = range(len(self._rows)) if index < _COUNT else [(index - _COUNT) // 3]
-            for number in concerned:
-                change = self._of(number, state - step) - self._of(number, state + step)
-                J[self._rows[number], index] = change / 2e-4
+        for index in range(_COUNT):
+            J[:, index] = self._difference(state, slice(index, index + 1))
+        if len(state) > _COUNT:
+            rows = np.arange(len(J))
+            for axis in range(3):
+                J[rows, _COUNT + 3 * self._recordings + axis] = self._difference(state, slice(_COUNT + axis, None, 3))
         return J
+
+    def _difference(self, state: Array, moved: slice) -> Array:
+        """What the prediction changes by, (R,), for one prior sigma of some unknowns."""
+        step = np.zeros(len(state))
+        step[moved] = 1e-4 * self._prior[moved]
+        return np.asarray((self.residuals(state - step) - self.residuals(state + step)) / 2e-4, float)
 
 
 def _meat(r: Array, J: Array, w: Array, scale: float, blocks: NDArray[np.int64]) -> Array:

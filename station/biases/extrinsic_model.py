@@ -36,8 +36,11 @@ PARAMETERS = (
     Parameter("pad_down_m", 0.0, 0.5),
     Parameter("image_latency_s", 0.0, 0.1),
     Parameter("pad_azimuth_deg", 0.0, 180.0),
+    Parameter("pad_tilt_north_deg", 0.0, 1.0),
+    Parameter("pad_tilt_east_deg", 0.0, 1.0),
 )
-"""`pad_down_m` is how much lower the pad lies than surveyed; it and the pad's azimuth are no errors of the camera."""
+"""`pad_down_m` is how much lower the pad lies than surveyed; it, the pad's azimuth and its tilt (turns about north and east) are no errors
+of the camera."""
 
 NAMES = tuple(parameter.name for parameter in PARAMETERS)
 
@@ -63,16 +66,16 @@ def predicted_px(
         values: Of `PARAMETERS`, in their order and units.
         sightings: Whose frames.
         camera: As believed.
-        attitude_error_rad: By how much the attitude is turned too far about north, east and down, (3,): small.
+        attitude_error_rad: By how much the attitude is turned too far about north, east and down, (3,) or for each frame (N, 3): small.
     """
-    roll, pitch, yaw, forward_m, right_m, down_m, focal, size, pad_down_m, latency_s, azimuth = values
+    roll, pitch, yaw, forward_m, right_m, down_m, focal, size, pad_down_m, latency_s, azimuth, *tilt = values
     at_s = sightings.captured_s - latency_s
     R_ned_body = _small_turn(-attitude_error_rad) @ rotation_matrices(sightings.attitude.at(at_s))
     R_mount = R_z(math.radians(yaw)) @ R_y(math.radians(pitch)) @ R_x(math.radians(roll))
     R_bc = R_mount @ R_body_camera(camera.q_body_gimbal)
     lever_m = np.add(camera.camera_in_body_m, (forward_m, right_m, down_m))
     s, c = math.sin(math.radians(azimuth)), math.cos(math.radians(azimuth))
-    R_ned_pad = np.array([[-s, c, 0.0], [c, s, 0.0], [0.0, 0.0, -1.0]])
+    R_ned_pad = _small_turn(np.radians([*tilt, 0.0])) @ np.array([[-s, c, 0.0], [c, s, 0.0], [0.0, 0.0, -1.0]])
     pad_ned_m = np.array([0.0, 0.0, pad_down_m]) - sightings.position.at(at_s)
     corners_ned_m = pad_ned_m[:, None, :] + size * sightings.corners_m @ R_ned_pad.T
     # For row vectors, v @ R applies the transpose of R.
@@ -82,9 +85,11 @@ def predicted_px(
 
 
 def _small_turn(turn_rad: Array) -> Array:
-    """Rotation by a small vector, (3, 3), to second order."""
-    x, y, z = turn_rad
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    """Rotations by small vectors (..., 3), (..., 3, 3), to second order."""
+    x, y, z = np.moveaxis(turn_rad, -1, 0)
+    nothing = np.zeros_like(x)
+    rows = ((nothing, -z, y), (z, nothing, -x), (-y, x, nothing))
+    cross = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
     return np.asarray(np.eye(3) + cross + 0.5 * cross @ cross, float)
 
 

@@ -48,15 +48,15 @@ class RecordedHover:
     most: int | None
     """Fixes taken at most."""
 
-    @property
-    def heading_error_deg(self) -> float | None:
-        """By how much the autopilot's heading is too far clockwise, mean over the frames; None where the truth is not known."""
+    def attitude_error_deg(self) -> Array | None:
+        """By how much the autopilot's attitude is turned too far about north, east and down, (N, 3); None where the truth is not known."""
         if self.true_attitude is None:
             return None
         at_s = self.sightings.captured_s
         believed, true = (rotation_matrices(track.at(at_s)) for track in (self.sightings.attitude, self.true_attitude))
-        error = np.einsum("nij,nkj->nik", believed, true)
-        return float(np.degrees(np.mean(np.arctan2(error[:, 1, 0] - error[:, 0, 1], error[:, 0, 0] + error[:, 1, 1]))))
+        R = np.einsum("nij,nkj->nik", believed, true)
+        turned = [R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]]
+        return np.degrees(0.5 * np.column_stack(turned))
 
 
 def read_hover(record: FlightRecord, surveyed_pad: GlobalPosition | None, most: int | None = None) -> RecordedHover:

@@ -4,18 +4,23 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
-from schemas.settings.geolocator import Correction, SurveyedHeading
+import numpy as np
+
+from schemas.settings.geolocator import Correction, SurveyedHeading, SurveyedTilt
+from schemas.settings.section import Section
 from station.biases.corrected_hover import corrected_hover
 from station.biases.cylindrical_fit import CylindricalFit, fit_cylindrical
-from station.biases.extrinsic_fit import REFERENCE, ExtrinsicFit, fit_extrinsic
-from station.biases.extrinsic_model import NAMES
+from station.biases.extrinsic_fit import AUTOPILOT, REFERENCE, ExtrinsicFit, fit_extrinsic
 from station.biases.recorded_hover import RecordedHover
 from station.report.figures.static_records import StaticRecord
 
 VARIANTS = ("mean", "median", "extrinsic")
 BY_AUTOPILOT = "extrinsic, autopilot's attitude"
 """The variant that does not know the reference's attitude."""
+ByPrint = Literal["nothing", "heading", "attitude"]
+"""What is taken from how the pad's print is turned and tilted in the picture, and not from the autopilot alone."""
 
 
 @dataclass(frozen=True)
@@ -38,18 +43,43 @@ class Study:
             return fit.correction()
         return self.cylindrical.correction("median" if variant == "median" else "mean")
 
-    def relocated(self, hover: RecordedHover, variant: str, *, heading_by_pad: bool = False) -> StaticRecord:
-        """Any hover with one of the corrections, with the compass's heading or with that of the pad's print."""
+    def relocated(self, hover: RecordedHover, variant: str, by_print: ByPrint = "nothing") -> StaticRecord:
+        """Any hover with one of the corrections, and with the autopilot's attitude or what the pad's print tells of it."""
         fit = self._extrinsic(variant)
-        heading = self.surveyed_heading(fit or self.extrinsic) if heading_by_pad else SurveyedHeading()
         pad_down_m = 0.0 if fit is None else fit.value("pad_down_m")
-        return corrected_hover(hover, self.correction(variant), pad_down_m, heading)
+        sections = self.print_sections(hover, fit or self.extrinsic, by_print)
+        return corrected_hover(hover, self.correction(variant), pad_down_m, sections)
 
-    @staticmethod
-    def surveyed_heading(fit: ExtrinsicFit) -> SurveyedHeading:
-        """How the pad is turned, as a fit found it: where it is seen and how it is turned there are off by the same heading."""
-        sigma_deg = float(fit.sigmas[NAMES.index("pad_azimuth_deg")])
-        return SurveyedHeading(pad_azimuth_deg=fit.value("pad_azimuth_deg"), sigma_deg=min(45.0, sigma_deg))
+    def print_sections(self, hover: RecordedHover, fit: ExtrinsicFit, by_print: ByPrint) -> dict[str, Section]:
+        """How the pad lies, as a fit found it, and how far the autopilot's attitude is to be trusted.
+
+        The lie does not depend on the attitude: where the pad is seen and how it is turned there are off by the same. The attitude
+        is trusted as far as it was right in the recordings of the fit, where that is known.
+        """
+        if by_print == "nothing":
+            return {}
+        sections: dict[str, Section] = {
+            "heading": SurveyedHeading(
+                pad_azimuth_deg=fit.value("pad_azimuth_deg"), sigma_deg=min(45.0, fit.sigma("pad_azimuth_deg"))
+            )
+        }
+        if by_print == "attitude":
+            names = ("pad_tilt_north_deg", "pad_tilt_east_deg")
+            tilt_north_deg, tilt_east_deg = (fit.value(name) for name in names)
+            sigma_deg = max(fit.sigma(name) for name in names)
+            sections["tilt"] = SurveyedTilt(pad_tilt_deg=(tilt_north_deg, tilt_east_deg), sigma_deg=sigma_deg)
+            tilt_deg, heading_deg = self._attitude_sigmas_deg(fit)
+            told = {"roll_pitch_deg": tilt_deg, "mount_roll_pitch_deg": 0.0, "yaw_deg": heading_deg}
+            sections["uncertainty"] = hover.settings.geolocator.uncertainty.model_copy(update=told)
+        return sections
+
+    def _attitude_sigmas_deg(self, fit: ExtrinsicFit) -> tuple[float, float]:
+        """How far roll and pitch, and the heading, were off in the recordings of the fit; a priori where it knows no reference."""
+        errors = [error for hover in self.hovers if (error := hover.attitude_error_deg()) is not None]
+        if fit is self.by_autopilot or not errors:
+            return AUTOPILOT.tilt_sigma_deg, AUTOPILOT.heading_sigma_deg
+        squares = np.mean(np.concatenate(errors) ** 2, axis=0)
+        return float(np.sqrt(squares[:2].mean())), float(np.sqrt(squares[2]))
 
     def _extrinsic(self, variant: str) -> ExtrinsicFit | None:
         return {"extrinsic": self.extrinsic, BY_AUTOPILOT: self.by_autopilot}.get(variant)

@@ -76,6 +76,9 @@ def injected_lines(study: Study) -> list[str]:
         "pad_scale": wrong.pad_scale,
         "pad_down_m": -settings.simulator.pad.height_above_home_m,
         "image_latency_s": wrong.image_latency_s,
+        "pad_azimuth_deg": settings.simulator.pad.azimuth_deg,
+        "pad_tilt_north_deg": 0.0,
+        "pad_tilt_east_deg": 0.0,
     }
     fits = [fit for fit in (study.extrinsic, study.by_autopilot) if fit is not None]
     heads = ("found", "off by") if len(fits) == 1 else ("reference", "off by", "autopilot", "off by")
@@ -88,7 +91,7 @@ def injected_lines(study: Study) -> list[str]:
 
 def _compass_lines(study: Study) -> list[str]:
     """What a fit with the autopilot's attitude cannot know: by how much its headings were off in the mean."""
-    errors_deg = [error for hover in study.hovers if (error := hover.heading_error_deg) is not None]
+    errors_deg = [error[:, 2].mean() for hover in study.hovers if (error := hover.attitude_error_deg()) is not None]
     if not errors_deg:
         return []
     return [

@@ -9,14 +9,15 @@ from station.biases.corrected_hover import with_true_attitude
 from station.biases.quality import Quality
 from station.biases.recorded_hover import RecordedHover
 from station.biases.sightings import Array
-from station.biases.study import BY_AUTOPILOT, VARIANTS, Study
+from station.biases.study import BY_AUTOPILOT, VARIANTS, ByPrint, Study
 from station.experiment.hover_plan import HoverPlace
 from station.report.figures.static_records import StaticRecord
 
 LIMIT_M, LIMIT_OF_RANGE = 0.02, 0.001
 _TABLES = {
     "as flown, with the autopilot's attitude": "rmse_m",
-    "as flown, but with the heading by the pad's print (geolocator.heading), its azimuth as fitted": "by_pad_m",
+    "as flown, with the heading by the pad's print (geolocator.heading), its azimuth as fitted": "heading_by_print_m",
+    "as flown, with heading, roll and pitch by the pad's print (geolocator.heading, .tilt), its lie as fitted": "attitude_by_print_m",
     "with the true attitude": "own_m",
 }
 
@@ -30,8 +31,10 @@ class Condition:
     """From the vehicle to the pad, mean."""
     rmse_m: dict[str, Array]
     """North, east, down by `raw` and variant."""
-    by_pad_m: dict[str, Array]
+    heading_by_print_m: dict[str, Array]
     """The same with the heading by the pad's print, whose azimuth the fit found."""
+    attitude_by_print_m: dict[str, Array]
+    """The same with roll and pitch, too."""
     own_m: dict[str, Array]
     """The same with the autopilot's attitude error taken out: the correction's own."""
 
@@ -60,8 +63,11 @@ def _condition(study: Study, label: str, hovers: Sequence[RecordedHover]) -> Con
     records: dict[str, list[StaticRecord]] = {"raw": [hover.static for hover in hovers]}
     variants = VARIANTS if study.by_autopilot is None else (*VARIANTS, BY_AUTOPILOT)
     records |= {variant: [study.relocated(hover, variant) for hover in hovers] for variant in variants}
-    by_pad = {"raw": records["raw"]}
-    by_pad |= {name: [study.relocated(hover, name, heading_by_pad=True) for hover in hovers] for name in variants}
+
+    def by_print(what: ByPrint) -> dict[str, Array]:
+        located = {name: [study.relocated(hover, name, what) for hover in hovers] for name in variants}
+        return {name: Quality.of(of_name).rmse_m for name, of_name in ({"raw": records["raw"]} | located).items()}
+
     own = {
         name: [with_true_attitude(hover, record) for hover, record in zip(hovers, of_name, strict=True)]
         for name, of_name in records.items()
@@ -70,7 +76,8 @@ def _condition(study: Study, label: str, hovers: Sequence[RecordedHover]) -> Con
         label,
         float(np.mean([np.linalg.norm(hover.static.true_ned_m) for hover in hovers])),
         {name: Quality.of(of_name).rmse_m for name, of_name in records.items()},
-        {name: Quality.of(of_name).rmse_m for name, of_name in by_pad.items()},
+        by_print("heading"),
+        by_print("attitude"),
         {name: Quality.of(of_name).rmse_m for name, of_name in own.items()},
     )
 
