@@ -26,6 +26,7 @@ _FIRST_EXCESS, _LOOKS = 4.0, 30
 over how many looks it is learnt. Never less than 1."""
 _ERRORS, _LASTING = slice(0, 3), slice(3, 6)
 _TILT, _HEADING = (0, 1), (2,)
+_EYE3, _DOWN_FIRST, _DIAGONAL = np.eye(3), np.ix_([2, 0, 1], [2, 0, 1]), np.diag_indices(6)
 
 
 class Lie(NamedTuple):
@@ -69,6 +70,7 @@ class PadAttitude:
         by_heading = heading.pad_azimuth_deg is not None and errors.yaw_deg > 0.0
         self._surveyed = [rows for rows, known in ((_TILT, by_tilt), (_HEADING, by_heading)) if known]
         self._rows = [row for rows in self._surveyed for row in rows]
+        self._within = np.ix_(self._rows, self._rows)
         survey_rad = np.radians([tilt.sigma_deg, tilt.sigma_deg, heading.sigma_deg])
         self._survey2 = np.diag([survey_rad[row] ** 2 if row in self._rows else 0.0 for row in range(3)])
         self._inputs = tuple(FixInput.PAD_TILT if rows is _TILT else FixInput.PAD_AZIMUTH for rows in self._surveyed)
@@ -106,18 +108,21 @@ class PadAttitude:
         if not self._rows:
             return None
         self._predict(lie.captured_at_ns)
-        noise = np.reshape(lie.noise_rad2, (3, 3))
-        H = np.hstack((np.eye(3), math.sqrt(_LASTING_PART * self._excess) * np.linalg.cholesky(noise)))
+        noise = np.array(lie.noise_rad2).reshape(3, 3)
+        H = np.concatenate((_EYE3, math.sqrt(_LASTING_PART * self._excess) * np.linalg.cholesky(noise)), axis=1)
         off = self._off(lie)
         away = off - H @ self._x
-        S = H @ self._P @ H.T + self._excess * noise
-        refused = next((rows for rows in self._surveyed if not self._is_expected(rows, away, S)), None)
+        HP = H @ self._P
+        S = HP @ H.T + self._excess * noise
+        expected = (S + self._survey2).tolist()
+        refused = next((rows for rows in self._surveyed if not _normalised2(away, expected, rows) <= _GATE2), None)
         if refused is not None:
             self._refuse(refused, off)
             return None
         self._contradictions = 0
-        self._learn(away, noise)
-        self._take(H[self._rows], away[self._rows], S[np.ix_(self._rows, self._rows)])
+        claimed = (self._P[_ERRORS, _ERRORS] + noise).tolist()
+        self._learn(sum(_normalised2(away, claimed, rows) for rows in self._surveyed) / len(self._rows))
+        self._take(HP[self._rows], away[self._rows], S[self._within])
         return self._told()
 
     def _off(self, lie: Lie) -> Array:
@@ -130,13 +135,9 @@ class PadAttitude:
         if self._at_ns is not None:
             keep = np.exp(-max(0.0, seconds(at_ns - self._at_ns)) / self._times_s)
             self._x = keep * self._x
-            self._P = self._P * np.outer(keep, keep) + np.diag((1.0 - keep**2) * self._prior2)
+            self._P = self._P * (keep[:, None] * keep)
+            self._P[_DIAGONAL] += (1.0 - keep * keep) * self._prior2
         self._at_ns = at_ns
-
-    def _is_expected(self, rows: tuple[int, ...], away: Array, S: Array) -> bool:
-        at = list(rows)
-        expected = S[np.ix_(at, at)] + self._survey2[np.ix_(at, at)]
-        return float(away[at] @ np.linalg.solve(expected, away[at])) <= _GATE2
 
     def _refuse(self, rows: tuple[int, ...], off: Array) -> None:
         self._contradictions += 1
@@ -146,23 +147,30 @@ class PadAttitude:
         else:
             self.tilt_refused += 1
 
-    def _learn(self, away: Array, noise: Array) -> None:
-        """By how much the looks scatter more than the poses claim."""
-        at = np.ix_(self._rows, self._rows)
-        claimed = self._P[_ERRORS, _ERRORS][at] + noise[at]
-        ratio = float(away[self._rows] @ np.linalg.solve(claimed, away[self._rows])) / len(self._rows)
+    def _learn(self, ratio: float) -> None:
+        """By how much the looks scatter more than the poses claim, from one look's square in units of what they claim."""
         self._excess = max(1.0, self._excess + (ratio - self._excess) / _LOOKS)
 
-    def _take(self, H: Array, away: Array, S: Array) -> None:
-        gain = np.linalg.solve(S, H @ self._P).T
+    def _take(self, HP: Array, away: Array, S: Array) -> None:
+        gain = np.linalg.solve(S, HP).T
         self._x = self._x + gain @ away
-        P = self._P - gain @ S @ gain.T
+        P = self._P - gain @ HP
         self._P = (P + P.T) / 2.0
 
     def _told(self) -> AttitudeAid:
-        order = [2, 0, 1]
-        L = np.linalg.cholesky((self._P[_ERRORS, _ERRORS] + self._survey2)[np.ix_(order, order)])
+        L = np.linalg.cholesky((self._P[_ERRORS, _ERRORS] + self._survey2)[_DOWN_FIRST])
         # Down first: the heading's error is then one of the three turns alone.
         heading, tilt_n, tilt_e = ((column[1], column[2], column[0]) for column in L.T.tolist())
         turn_n, turn_e, turn_d = self._x[_ERRORS].tolist()
         return AttitudeAid((turn_n, turn_e, turn_d), tilt_n, tilt_e, heading, self._inputs)
+
+
+def _normalised2(away: Array, covariance: list[list[float]], rows: tuple[int, ...]) -> float:
+    """The square of some of a vector's parts in units of their covariance: of one part or of two."""
+    first = rows[0]
+    x, xx = float(away[first]), covariance[first][first]
+    if len(rows) == 1:
+        return x * x / xx
+    last = rows[1]
+    y, xy, yy = float(away[last]), covariance[first][last], covariance[last][last]
+    return (x * x * yy - 2.0 * x * y * xy + y * y * xx) / (xx * yy - xy * xy)
