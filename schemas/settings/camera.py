@@ -106,6 +106,9 @@ class Simulated(Section):
 
     delay_s: float = Field(default=0.0, ge=0.0, le=1.0)
     """From the frame's stamp until it leaves the camera: readout and transfer, seconds."""
+    ground: Literal["textured", "plain"] = "textured"
+    """What the pad lies on. `plain` is one shade of grey: a drawing takes half as long, for hosts too slow to draw every frame, but it
+    hides from a detector what could be mistaken for a pad."""
     board: Board = Board()
     optics: Optics = Optics()
     sunlight: Sunlight = Sunlight()

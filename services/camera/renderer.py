@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from alight.geometry.camera import PinholeCamera
-from services.camera.ground import COARSE_TEXEL_M, Ground
+from services.camera.ground import COARSE_TEXEL_M, MEAN_LEVEL, Ground
 from services.camera.print_on_ground import PrintOnGround
 from services.camera.ray_grid import STEP_PX, Grid, RayGrid, enlarged
 from services.camera.sensor import PIXEL_VARIANCE_PX2
@@ -51,7 +51,8 @@ class _Box:
 class Renderer:
     """Draws the ground and the pad through one camera."""
 
-    def __init__(self, camera: PinholeCamera, pad: PrintOnGround, ground: Ground) -> None:
+    def __init__(self, camera: PinholeCamera, pad: PrintOnGround, ground: Ground | None) -> None:
+        """Take what there is to draw; without a ground, a plain one."""
         self._camera = camera
         self._pad = pad
         self._ground = ground
@@ -84,10 +85,10 @@ class Renderer:
     def render(self, viewpoint: Viewpoint) -> Scene:
         """Draw from one viewpoint, at one instant."""
         nodes_m, down = self.ground_nodes(viewpoint)
-        if self._board_fills(nodes_m):
-            picture = np.zeros((self._camera.height_px, self._camera.width_px), np.uint8)
+        if self._ground is None or self._board_fills(nodes_m):
+            picture = np.full((self._camera.height_px, self._camera.width_px), MEAN_LEVEL, np.uint8)
         else:
-            picture = self._draw_ground(nodes_m, viewpoint.position_marker_m[2])
+            picture = self._draw_ground(self._ground, nodes_m, viewpoint.position_marker_m[2])
         blur_px2 = self._draw_pad(picture, viewpoint, nodes_m)
         if float(down.min()) <= _LOWEST_SINE:
             self._draw_sky(picture, down)
@@ -97,8 +98,8 @@ class Renderer:
         """Whether nothing but the board is in view: the board is convex, so its being under all nodes is enough."""
         return float(np.abs(nodes_m).max()) < _SAFE_PART * self._pad.board_m / 2.0
 
-    def _draw_ground(self, nodes_m: Grid, height_m: float) -> Picture:
-        fine, texel_m, period = self._ground.fine(height_m / self._camera.fx_px)
+    def _draw_ground(self, ground: Ground, nodes_m: Grid, height_m: float) -> Picture:
+        fine, texel_m, period = ground.fine(height_m / self._camera.fx_px)
         texels = nodes_m / np.float32(texel_m)
         corner = np.array((texels[..., 0].min(), texels[..., 1].min()))
         texels -= (np.floor(corner / period) * period).astype(np.float32)
@@ -108,7 +109,7 @@ class Renderer:
             band = _sampled(fine, enlarged(texels[first : last + 2]), cv2.BORDER_WRAP)
             grains[first * STEP_PX : last * STEP_PX] = band
         coarse_texels = nodes_m / np.float32(COARSE_TEXEL_M)
-        fields = _sampled(self._ground.coarse, coarse_texels, cv2.BORDER_WRAP)
+        fields = _sampled(ground.coarse, coarse_texels, cv2.BORDER_WRAP)
         large = cv2.resize(fields, None, fx=STEP_PX, fy=STEP_PX, interpolation=cv2.INTER_LINEAR)
         large = large[STEP_PX:-STEP_PX, STEP_PX:-STEP_PX]
         both = cv2.addWeighted(grains, 1.0, large, 1.0, -128.0)

@@ -57,7 +57,9 @@ class SimulatedCamera:
         self._mount = mount_rotation(installation)
         self._sunlight, self._optics = simulated.sunlight, simulated.optics
         self._pad: PrintOnGround = _pad(settings) if lying is None else lying
-        self._renderer = Renderer(self._camera, self._pad, Ground(generator(settings.seed, "camera.ground")))
+        textured = simulated.ground == "textured"
+        ground = Ground(generator(settings.seed, "camera.ground")) if textured else None
+        self._renderer = Renderer(self._camera, self._pad, ground)
         self._sensor = Sensor(self._camera, self._optics, generator(settings.seed, "camera.noise"))
 
     def draw_all(self) -> None:

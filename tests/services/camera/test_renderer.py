@@ -11,26 +11,18 @@ from alight.runtime.seed import generator
 from schemas.settings import Settings
 from schemas.settings.camera import Optics
 from services.camera.calibration_file import configured_calibration
-from services.camera.ground import Ground
+from services.camera.ground import MEAN_LEVEL
 from services.camera.pad_print import PadPrint
 from services.camera.renderer import Renderer
 from services.camera.sensor import PIXEL_VARIANCE_PX2, Sensor, blur_kernel
 from services.camera.simulated_camera import SimulatedCamera, exposure_instants_s
 from services.camera.viewpoint import Viewpoint, mount_rotation
 
-BLACK, WHITE, GROUND = 28.0, 218.0, 118.0
+BLACK, WHITE, GROUND = 28.0, 218.0, float(MEAN_LEVEL)
 SIDE_M, BOARD_M = 1.0, 1.3
 SAMPLES = 8
 LENS_BLUR_PX = 0.6
 STILL = {"camera": {"simulated": {"optics": {"noise_level": 0.0, "exposure_s": 0.0}}}}
-
-
-class EvenGround(Ground):
-    """Ground without anything on it, so that only the pad is compared."""
-
-    def __init__(self) -> None:
-        self._levels = [np.full((512, 512), round(GROUND), np.uint8)]
-        self.coarse = np.full((64, 64), 128, np.uint8)
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +33,7 @@ def camera() -> PinholeCamera:
 @pytest.fixture(scope="module")
 def renderer(camera) -> Renderer:
     pad = PadPrint((PlacedMarker("5x5_1000", 68, SIDE_M),), board_m=BOARD_M, black_level=BLACK, white_level=WHITE)
-    return Renderer(camera, pad, EvenGround())
+    return Renderer(camera, pad, None)
 
 
 def reference(camera: PinholeCamera, viewpoint: Viewpoint, left: int, top: int, right: int, bottom: int) -> np.ndarray:
@@ -162,6 +154,18 @@ def test_sun_brightens_and_shadow_darkens_a_part_of_the_picture(truth_at, sunlig
     assert (np.abs(change) > 20).mean() > 0.02
     assert (np.abs(change) <= 2).mean() > 0.2
     assert (change >= -2).all() if brighter else (change <= 2).all()
+
+
+def test_a_plain_ground_leaves_the_pad_as_it_is_and_all_around_it_one_shade(truth_at) -> None:
+    def picture(ground: str) -> np.ndarray:
+        optics = {"noise_level": 0.0, "vignetting": 0.0}
+        settings = Settings.model_validate({"camera": {"simulated": {"ground": ground, "optics": optics}}})
+        return SimulatedCamera(settings, configured_calibration(settings.camera)).capture(truth_at(0.0, 0.0, -4.0))
+
+    textured, plain = picture("textured"), picture("plain")
+    np.testing.assert_array_equal(textured[200:280, 280:360], plain[200:280, 280:360])
+    assert (plain[:100] == MEAN_LEVEL).all()
+    assert textured[:100].std() > 5.0
 
 
 def test_the_mount_turns_the_picture_the_way_its_setting_says(truth_at) -> None:
