@@ -21,11 +21,12 @@ _COMPLAIN_AFTER = 10
 _LASTING_PART, _LASTING_S = 0.5, 5.0
 """What a picture says of the print's orientation is wrong by something that lasts (corners that blur alike, where they fall on the pixels)
 besides what is new in each: by this part of the variance, for so long."""
-_FIRST_EXCESS, _LOOKS = 4.0, 30
-"""By how much the orientation scatters more than the pose's covariance says, as a factor of the variance: what is believed at first, and
-over how many looks it is learnt. Never less than 1."""
+_FIRST_EXCESS, _LOOKS, _NEXT_S = 4.0, 30, 0.2
+"""By how much the orientation scatters more than the pose's covariance says, as a factor of the variance: what is believed at first,
+over how many looks it is learnt, and how soon a look must follow another to be compared with it. Never less than 1."""
 _ERRORS, _LASTING = slice(0, 3), slice(3, 6)
-_TILT, _HEADING = (0, 1), (2,)
+_TILT: tuple[int, ...] = (0, 1)
+_HEADING: tuple[int, ...] = (2,)
 _EYE3, _DOWN_FIRST, _DIAGONAL = np.eye(3), np.ix_([2, 0, 1], [2, 0, 1]), np.diag_indices(6)
 
 
@@ -77,11 +78,13 @@ class PadAttitude:
         self._times_s = np.array([tilt.time_s, tilt.time_s, heading.time_s, *[_LASTING_S] * 3])
         self._prior2 = np.array([*sizes**2, 1.0, 1.0, 1.0])
         self._x, self._P = np.zeros(6), np.diag(self._prior2)
-        self._excess = _FIRST_EXCESS
+        self._excess = {_TILT: _FIRST_EXCESS, _HEADING: _FIRST_EXCESS}
+        self._scatter = {rows: [_FIRST_EXCESS, _FIRST_EXCESS] for rows in (_TILT, _HEADING)}
+        self._last: tuple[Array, Array] | None = None
         self._at_ns: int | None = None
         self._contradictions = 0
         self._off_rad = np.zeros(3)
-        self._off_by: tuple[int, ...] = _HEADING
+        self._off_by = _HEADING
         self.heading_refused = 0
         """Looks at a pad whose azimuth contradicts the survey."""
         self.tilt_refused = 0
@@ -107,21 +110,21 @@ class PadAttitude:
         """What a look at the pad tells of the attitude; None if nothing was surveyed, or the pad does not lie as surveyed."""
         if not self._rows:
             return None
-        self._predict(lie.captured_at_ns)
-        noise = np.array(lie.noise_rad2).reshape(3, 3)
-        H = np.concatenate((_EYE3, math.sqrt(_LASTING_PART * self._excess) * np.linalg.cholesky(noise)), axis=1)
-        off = self._off(lie)
+        since_s = self._predict(lie.captured_at_ns)
+        noise, off = np.array(lie.noise_rad2).reshape(3, 3), self._off(lie)
+        excess = np.sqrt([self._excess[_TILT], self._excess[_TILT], self._excess[_HEADING]])
+        lasting = math.sqrt(_LASTING_PART) * excess[:, None] * np.linalg.cholesky(noise)
+        H = np.concatenate((_EYE3, lasting), axis=1)
         away = off - H @ self._x
         HP = H @ self._P
-        S = HP @ H.T + self._excess * noise
+        S = HP @ H.T + excess[:, None] * noise * excess
         expected = (S + self._survey2).tolist()
         refused = next((rows for rows in self._surveyed if not _normalised2(away, expected, rows) <= _GATE2), None)
         if refused is not None:
             self._refuse(refused, off)
             return None
         self._contradictions = 0
-        claimed = (self._P[_ERRORS, _ERRORS] + noise).tolist()
-        self._learn(sum(_normalised2(away, claimed, rows) for rows in self._surveyed) / len(self._rows))
+        self._learn(away, off, noise, since_s)
         self._take(HP[self._rows], away[self._rows], S[self._within])
         return self._told()
 
@@ -131,13 +134,16 @@ class PadAttitude:
         tilt_n, tilt_e, azimuth = self._lie_rad.tolist()
         return np.array((east - tilt_n, -north - tilt_e, wrap_pi(lie.azimuth_rad - azimuth)))
 
-    def _predict(self, at_ns: int) -> None:
+    def _predict(self, at_ns: int) -> float:
+        """Go on to the time of a look; returns how long after the last one that is, seconds."""
+        since_s = math.inf if self._at_ns is None else max(0.0, seconds(at_ns - self._at_ns))
         if self._at_ns is not None:
-            keep = np.exp(-max(0.0, seconds(at_ns - self._at_ns)) / self._times_s)
+            keep = np.exp(-since_s / self._times_s)
             self._x = keep * self._x
             self._P = self._P * (keep[:, None] * keep)
             self._P[_DIAGONAL] += (1.0 - keep * keep) * self._prior2
         self._at_ns = at_ns
+        return since_s
 
     def _refuse(self, rows: tuple[int, ...], off: Array) -> None:
         self._contradictions += 1
@@ -147,9 +153,23 @@ class PadAttitude:
         else:
             self.tilt_refused += 1
 
-    def _learn(self, ratio: float) -> None:
-        """By how much the looks scatter more than the poses claim, from one look's square in units of what they claim."""
-        self._excess = max(1.0, self._excess + (ratio - self._excess) / _LOOKS)
+    def _learn(self, away: Array, off: Array, noise: Array, since_s: float) -> None:
+        """By how much the looks scatter more than the poses claim: about what was expected, and from one look to the next.
+
+        The second does not depend on how uncertain the attitude is, which changes little meanwhile; the first sees what lasts for some
+        looks, too. The larger one counts.
+        """
+        claimed = (self._P[_ERRORS, _ERRORS] + noise).tolist()
+        last, self._last = self._last, (off, noise)
+        for rows in self._surveyed:
+            ratios = [_normalised2(away, claimed, rows)]
+            if last is not None and since_s <= _NEXT_S:
+                last_off, last_noise = last
+                ratios.append(_normalised2(off - last_off, (noise + last_noise).tolist(), rows))
+            means = self._scatter[rows]
+            for number, ratio in enumerate(ratios):
+                means[number] += (ratio / len(rows) - means[number]) / _LOOKS
+            self._excess[rows] = max(1.0, *means)
 
     def _take(self, HP: Array, away: Array, S: Array) -> None:
         gain = np.linalg.solve(S, HP).T

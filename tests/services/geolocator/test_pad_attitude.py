@@ -193,4 +193,4 @@ def test_pictures_that_scatter_more_than_they_claim_count_as_less():
             ]
             fix = show(node, marker.model_copy(update={"poses": tuple(poses)}), at_ns=at_ns)
         claims[boast] = np.linalg.norm(fix.shared.tilt_north_ned_m)
-    assert claims[4.0] > 0.5 * claims[1.0]
+    assert claims[4.0] > 0.7 * claims[1.0]
