@@ -107,7 +107,7 @@ DETECTION = _row(    "detector/detection",   Detection,         Delivery.STATE, 
                      hz=30, stale_after_s=0.5)
 VEHICLE_STATE = _row("vehicle/state",        VehicleState,      Delivery.STATE,  "commander",   "geolocator detector filter recorder",
                      hz=50, stale_after_s=0.5)
-VEHICLE_STATUS = _row("vehicle/status",      VehicleStatus,     Delivery.STATE,  "commander",   "recorder station",
+VEHICLE_STATUS = _row("vehicle/status",      VehicleStatus,     Delivery.STATE,  "commander",   "detector recorder station",
                      hz=5, stale_after_s=2)
 GIMBAL_STATE = _row( "vehicle/gimbal",       GimbalState,       Delivery.STATE,  "commander",   "geolocator detector recorder",
                      hz=10, stale_after_s=2)

@@ -22,6 +22,8 @@ class Prior:
     """Of the camera above the plane of the pad, metres."""
     height_sigma_m: float = 0.0
     """Its standard deviation, metres."""
+    height_at_most_m: float | None = None
+    """Where the height is not known: what it hardly exceeds, metres."""
     q_ned_camera: Quaternion | None = None
     """The camera's attitude: takes camera to NED coordinates; w, x, y, z."""
     attitude_sigma_rad: float = 0.0

@@ -15,7 +15,7 @@ from schemas.detection import Detection, Marker
 from schemas.estimate import PadEstimate
 from schemas.frame import FrameHeader
 from schemas.settings import Settings
-from schemas.vehicle import GimbalState, VehicleState
+from schemas.vehicle import GimbalState, VehicleState, VehicleStatus
 from services.detector.board_pose import pad_view
 from services.detector.detector import Detector, FoundMarker, View
 from services.detector.prior import PriorKeeper
@@ -42,6 +42,7 @@ class DetectorNode(Node):
         self.subscribe(topics.FRAME, self._on_frame)
         self.subscribe(topics.CALIBRATION, self._on_calibration)
         self.subscribe(topics.VEHICLE_STATE, self._on_vehicle_state)
+        self.subscribe(topics.VEHICLE_STATUS, self._on_vehicle_status)
         self.subscribe(topics.GIMBAL_STATE, self._on_gimbal_state)
         self.subscribe(topics.PAD_ESTIMATE, self._on_pad_estimate)
 
@@ -52,6 +53,10 @@ class DetectorNode(Node):
 
     def _on_vehicle_state(self, arrival: Arrival[VehicleState]) -> Outputs:
         self._prior.add_state(arrival.message)
+        return ()
+
+    def _on_vehicle_status(self, arrival: Arrival[VehicleStatus]) -> Outputs:
+        self._prior.add_status(arrival.message)
         return ()
 
     def _on_gimbal_state(self, arrival: Arrival[GimbalState]) -> Outputs:

@@ -2,6 +2,7 @@
 
 import math
 from collections import deque
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -20,13 +21,14 @@ from alight.runtime.clock import seconds
 from schemas.estimate import PadEstimate
 from schemas.message import GlobalPosition, Quaternion, Vector3
 from schemas.settings.geolocator import Mount
-from schemas.vehicle import GimbalState, VehicleState
+from schemas.vehicle import GimbalState, LandedState, VehicleState, VehicleStatus
 from services.detector.detector import Prior
 
 _MOST_STATES = 128
 _LARGEST_GAP_S = 0.3
 _LARGEST_EXTRAPOLATION_S = 0.2
 _GIMBAL_MAX_AGE_S = 0.5
+_STATUS_MAX_AGE_S = 2.0
 _ESTIMATE_MAX_AGE_S = 3.0
 _ATTITUDE_SIGMA_RAD = math.radians(1.5)
 """Of attitude, mount and the pad's levelness together."""
@@ -36,7 +38,10 @@ _DRIFT_SIGMA_MPS = 0.3
 """How the vehicle's own position wanders against the time of the estimate."""
 _LEAST_HEIGHT_M = 0.2
 _LARGEST_SIGMA_PART = 0.5
-"""A height whose standard deviation is a larger part of it tells nothing."""
+"""A height whose standard deviation is a larger part of it tells only how high the camera hardly is."""
+_HIGH_SIGMAS = 2.0
+_STANDING_HEIGHT_M = 0.5
+"""How high the camera of a vehicle that stands on the ground hardly is."""
 
 
 class PriorKeeper:
@@ -53,6 +58,7 @@ class PriorKeeper:
         self._states: deque[VehicleState] = deque(maxlen=_MOST_STATES)
         self._gimbal: GimbalState | None = None
         self._estimate: PadEstimate | None = None
+        self._standing_at_ns: int | None = None
 
     def add_state(self, state: VehicleState) -> None:
         """Take the vehicle's pose, unless it is older than the newest."""
@@ -67,6 +73,11 @@ class PriorKeeper:
     def add_estimate(self, estimate: PadEstimate) -> None:
         """Take the pad's place."""
         self._estimate = estimate
+
+    def add_status(self, status: VehicleStatus) -> None:
+        """Take whether the vehicle stands on the ground."""
+        stands = status.connected and status.landed_state is LandedState.ON_GROUND
+        self._standing_at_ns = status.at_ns if stands else None
 
     def at(self, captured_at_ns: int, camera: PinholeCamera) -> Prior | None:
         """What is known for a frame; None if not even the attitude is."""
@@ -85,8 +96,11 @@ class PriorKeeper:
             q_ned_camera=quaternion_multiply(q_ned_body, q_body_camera(q_body_gimbal)),
             attitude_sigma_rad=_ATTITUDE_SIGMA_RAD,
         )
+        standing_at_ns = self._standing_at_ns
+        if standing_at_ns is not None and abs(seconds(at_ns - standing_at_ns)) <= _STATUS_MAX_AGE_S:
+            return replace(attitude, height_at_most_m=_STANDING_HEIGHT_M)
         estimate = self._estimate
-        if estimate is None or not 0.0 <= seconds(at_ns - estimate.captured_at_ns) <= _ESTIMATE_MAX_AGE_S:
+        if estimate is None or at_ns < estimate.captured_at_ns:
             return attitude
         pad_ned_m = ned_between(position, estimate.position)
         seen_m = camera_from_ned(pad_ned_m, q_ned_body, q_body_gimbal, self._camera_in_body_m)
@@ -121,8 +135,10 @@ def _with_place(attitude: Prior, estimate: PadEstimate, seen_m: Vector3, camera:
     if attitude.q_ned_camera is None:
         return attitude
     height_m = _down_of(attitude.q_ned_camera, seen_m)
-    if height_m < _LEAST_HEIGHT_M or height_sigma_m > _LARGEST_SIGMA_PART * height_m:
-        return attitude
+    vague = height_m < _LEAST_HEIGHT_M or height_sigma_m > _LARGEST_SIGMA_PART * height_m
+    if vague or age_s > _ESTIMATE_MAX_AGE_S:
+        highest_m = height_m + _HIGH_SIGMAS * height_sigma_m
+        return replace(attitude, height_at_most_m=highest_m) if highest_m > 0.0 else attitude
     centre_px, sigma_px = None, 0.0
     if seen_m[2] > 0.0:
         x, y = camera.project(np.array([seen_m]))[0].tolist()

@@ -4,6 +4,7 @@ import sys
 
 from station.bench.calibration import bench_calibration
 from station.bench.campaign import bench_campaign
+from station.bench.detection_approach import bench_detection_approach
 from station.bench.detection_corners import bench_detection_corners
 from station.bench.detection_range import bench_detection_range
 from station.bench.detection_time import bench_detection_time
@@ -36,6 +37,7 @@ BENCHES = {
     "replay": bench_replay,
     "recording": bench_recording,
     "detection-range": bench_detection_range,
+    "detection-approach": bench_detection_approach,
     "detection-corners": bench_detection_corners,
     "detection-time": bench_detection_time,
 }
@@ -43,6 +45,7 @@ WITH_OPTIONS = {
     "campaign": bench_campaign,
     "paper-tables": bench_paper_tables,
     "detection-range": bench_detection_range,
+    "detection-approach": bench_detection_approach,
     "detection-corners": bench_detection_corners,
     "detection-time": bench_detection_time,
     "real-pictures": bench_real_pictures,

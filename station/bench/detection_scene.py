@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -42,6 +42,11 @@ _LARGEST_TILT_RAD = math.radians(15.0)
 _LARGEST_SMEAR_PX = 3.0
 _WIDEST_RAD = math.radians(45.0)
 _TRIES = 1000
+_FRAMES_PER_S = 30.0
+_DESCENT_MPS = 1.0
+_DRIFTING = 0.3
+"""Of the sideways speeds of single pictures, how much is flown for several."""
+_SWING_RAD, _SWING_RADPS = math.radians(1.0), 6.0
 _WHOLE = 1.1
 """How much of the pad has to be in view, in sides of the marker."""
 _EDGE_PX = 2.0
@@ -121,17 +126,38 @@ class Studio:
         """
         for index in range(count):
             truth, viewpoint = self._placed(height_m)
-            picture = self._cameras[index % _CAMERAS].capture(truth)
-            corners = self.camera.project(viewpoint.in_camera(self._corners_m))
+            shot = self._shot(self._cameras[index % _CAMERAS].capture(truth), viewpoint)
             if clutter:
-                middle = corners.mean(axis=0)
-                reach = float(np.abs(corners - middle).max()) * 1.5 + _CLEAR_PX
-                picture = strewn(
-                    picture, self._random, self._noises[index % _CAMERAS], (*middle.tolist(), reach), codes=codes
-                )
-            centre_m = viewpoint.in_camera(np.zeros((1, 3)))[0]
-            R = viewpoint.R_marker_camera.T
-            yield Shot(picture, self.camera, corners, R, centre_m, viewpoint.position_marker_m[2])
+                middle = shot.corners_px.mean(axis=0)
+                reach = float(np.abs(shot.corners_px - middle).max()) * 1.5 + _CLEAR_PX
+                noise, keep = self._noises[index % _CAMERAS], (*middle.tolist(), reach)
+                shot = replace(shot, picture=strewn(shot.picture, self._random, noise, keep, codes=codes))
+            yield shot
+
+    def approach(self, height_m: float, frames: int) -> Iterator[Shot]:
+        """Consecutive frames, a thirtieth of a second apart, of a descent at 1 m/s from a pose as of `shots`, swinging a little."""
+        draw, camera = self._random, self._cameras[int(self._random.integers(_CAMERAS))]
+        first, _ = self._placed(height_m)
+        velocity = np.array((*first.velocity_ned_mps[:2], _DESCENT_MPS)) * (_DRIFTING, _DRIFTING, 1.0)
+        swing_rad, phase_rad = draw.normal(0.0, _SWING_RAD, 2), draw.uniform(0.0, math.tau, 2)
+        for number in range(frames):
+            after_s = number / _FRAMES_PER_S
+            swing = (swing_rad * np.sin(_SWING_RADPS * after_s + phase_rad)).tolist()
+            truth = first.model_copy(
+                update={
+                    "velocity_ned_mps": tuple(velocity.tolist()),
+                    "vehicle_from_pad_ned_m": tuple((first.vehicle_from_pad_ned_m + velocity * after_s).tolist()),
+                    "q_ned_body": quaternion_multiply(first.q_ned_body, quaternion_from_rotation_vector((*swing, 0.0))),
+                }
+            )
+            viewpoint = Viewpoint.from_truth(truth, np.eye(3))
+            yield self._shot(camera.capture(truth), viewpoint)
+
+    def _shot(self, picture: Picture, viewpoint: Viewpoint) -> Shot:
+        corners = self.camera.project(viewpoint.in_camera(self._corners_m))
+        centre_m = viewpoint.in_camera(np.zeros((1, 3)))[0]
+        R = viewpoint.R_marker_camera.T
+        return Shot(picture, self.camera, corners, R, centre_m, viewpoint.position_marker_m[2])
 
     def clutter(self, count: int, *, codes: bool = True) -> Iterator[Picture]:
         """Pictures of the ground without any pad, strewn with plates, frames, stripes, discs and, if wanted, codes that are no markers."""

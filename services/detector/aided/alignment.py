@@ -31,9 +31,10 @@ _LARGEST_SHIFT_CELLS = 1.0
 _LARGEST_APPROACH = 0.15
 _CONVERGED_CELLS = 8e-3
 _ABOUT_CELLS = 0.05
+_COARSE_LOG_STEP = 2.0**-2
 _STAYED_CELLS = 0.3
 """A smaller step leaves the same pixels in view."""
-_ENOUGH_FOR_SHADOW = 200
+_ENOUGH_FOR_SHADOW = 120
 _INK, _PAPER = 28.0, 218.0
 _EDGE_ANGLE_SIGMA, _EDGE_OFFSET_SIGMA, _EDGE_LOG_SIGMA = 0.3, 1.0, 0.5
 _BLUR_WEIGHTS = np.array((_BLUR_LOG_SIGMA, _BLUR_LOG_SIGMA, _SLANT_SIGMA_PX2)) ** -2.0
@@ -43,6 +44,24 @@ _HANG_TOGETHER, _SHADOW_SOFT = 1.24, 1.73
 """How much larger the corners' variances are than if pixels erred each on its own, and how much more so with a shadow's edge. What the model misses, the shape of
 motion blur, grain beside the board, how soft a shadow is, is alike in neighbouring pixels. From 189 rendered pads from 5 m to 30 m, 32 of them with an edge; it
 does not depend on the height."""
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """A fit that is about right, and what it promises."""
+
+    guess: Guess
+    """Pose, blur and light."""
+    residual: float
+    """Root mean square difference between model and picture, grey levels."""
+    unexplained_without_code: float
+    """What would remain if the board were blank, grey levels."""
+    patch: Patch
+    """What was compared."""
+
+    def code_likeness(self, noise: float = 0.0) -> float:
+        """As of an alignment."""
+        return _code_likeness(self.residual, self.unexplained_without_code, noise)
 
 
 @dataclass(frozen=True)
@@ -79,8 +98,7 @@ class Alignment:
 
     def code_likeness(self, noise: float = 0.0) -> float:
         """Correlation of the code alone with what light and ground leave unexplained, the picture's noise taken out, 0 to 1."""
-        misfit2 = max(self.residual**2 - noise**2, 0.0)
-        return math.sqrt(max(1.0 - misfit2 / max(self.unexplained_without_code**2, 1e-9), 0.0))
+        return _code_likeness(self.residual, self.unexplained_without_code, noise)
 
 
 @dataclass(frozen=True)
@@ -98,7 +116,7 @@ class Aligner:
     def __init__(self, pattern: Pattern, side_m: float, rays: PixelRays) -> None:
         self.pattern = pattern
         self.side_m = side_m
-        self._texture = PatternTexture(pattern)
+        self._texture, self._coarse = PatternTexture(pattern), PatternTexture(pattern, _COARSE_LOG_STEP)
         self._rays = rays
         self._half = pattern.count / 2.0
         self.cell_m = side_m / pattern.count
@@ -113,6 +131,11 @@ class Aligner:
         """The camera of the pictures."""
         return self._rays.camera
 
+    @property
+    def rays(self) -> PixelRays:
+        """Its pixels' rays."""
+        return self._rays
+
     def corners_px(self, view: MarkerView) -> Array:
         """Where the corners appear, (4, 2); NaN if they are not all before the camera."""
         at = self._corners_m @ view.R.T + view.t
@@ -121,9 +144,7 @@ class Aligner:
         seen = cv2.projectPoints(at, _NO_TURN, _NO_TURN, self._matrix, self._distortion)[0]
         return np.asarray(seen, np.float64).reshape(4, 2)
 
-    def fitted(
-        self, picture: GreyPicture, begin: Guess, tilt: TiltPrior, steps: int, least: tuple[float, ...] = ()
-    ) -> Alignment | None:
+    def fitted(self, picture: GreyPicture, begin: Guess, tilt: TiltPrior, steps: int) -> Alignment | None:
         """Improve a pose that is wrong by less than a cell or so.
 
         Args:
@@ -131,18 +152,40 @@ class Aligner:
             begin: Where to begin.
             tilt: Which way the print should face.
             steps: How many steps at most.
-            least: How like the code the picture must be at the beginning, after the first step, ...: less is not worth going on.
 
         Returns:
-            None if the marker is not in view, the fit runs away or is given up.
+            None if the marker is not in view or the fit runs away.
         """
-        fit = self._run(picture, begin, tilt, steps, _CONVERGED_CELLS, least)
+        fit = self._run(picture, begin, tilt, steps, _CONVERGED_CELLS)
         return None if fit is None else self._finished(*fit)
 
     def improved(self, picture: GreyPicture, begin: Guess, tilt: TiltPrior, steps: int) -> Guess | None:
         """The same, but only about right, and without an account of it."""
-        fit = self._run(picture, begin, tilt, steps, _ABOUT_CELLS, ())
+        fit = self._run(picture, begin, tilt, steps, _ABOUT_CELLS)
         return None if fit is None else fit[1].guess
+
+    def attempted(
+        self, picture: GreyPicture, begin: Guess, tilt: TiltPrior, least: tuple[float, ...]
+    ) -> Attempt | None:
+        """The same from where the marker may not be at all.
+
+        Args:
+            picture: (height, width), grey levels.
+            begin: Where to begin.
+            tilt: Which way the print should face.
+            least: How like the code the picture must be at the beginning, after the first step, ...: less is not worth going on. There are
+                as many steps at most.
+
+        Returns:
+            None if the marker is not in view, the fit runs away or is given up.
+        """
+        fit = self._run(picture, begin, tilt, len(least), _ABOUT_CELLS, least)
+        if fit is None:
+            return None
+        patch, step = fit
+        count = len(patch.brightness)
+        residual, blank = (math.sqrt(value / count) for value in (step.model.residual2, step.model.blank_residual2))
+        return Attempt(step.guess, residual, blank, patch)
 
     def _run(
         self,
@@ -151,14 +194,15 @@ class Aligner:
         tilt: TiltPrior,
         steps: int,
         enough_cells: float,
-        least: tuple[float, ...],
+        least: tuple[float, ...] = (),
     ) -> tuple[Patch, _Step] | None:
         patch = self._patch(picture, begin.view)
         guess, step = begin, None
+        drawn = self._coarse if least else self._texture
         for count in range(steps):
             if patch is None:
                 return None
-            step = self._step(patch, guess, tilt)
+            step = self._step(patch, guess, tilt, drawn)
             if step is None or (count < len(least) and step.model.code_likeness < least[count]):
                 return None
             guess = step.guess
@@ -168,10 +212,10 @@ class Aligner:
                 patch = self._patch(picture, guess.view)
         return None if step is None or patch is None else (patch, step)
 
-    def shaded(self, alignment: Alignment) -> Guess | None:
+    def shaded(self, attempt: Attempt) -> Guess | None:
         """The same guess with the shadow's edge that explains the picture best; None if none explains it much better."""
-        patch, guess = alignment.patch, alignment.guess
-        few = slice(None, None, max(len(patch.brightness) // _ENOUGH_FOR_SHADOW, 1))
+        patch, guess = attempt.patch, attempt.guess
+        few = slice(None, None, math.ceil(len(patch.brightness) / _ENOUGH_FOR_SHADOW))
         u, v, _ = self.places(patch.rays[:, few], guess.view)
         s_u, s_v, _ = self._scale(guess.view).blur_cells(guess, patch.shrink)
         shades = self._texture.shades(u, v, s_u, s_v)
@@ -230,8 +274,8 @@ class Aligner:
             max(math.hypot(a * (r12 - x / z * r32), b * (r22 - y / z * r32)), 1e-3),
         )
 
-    def _step(self, patch: Patch, guess: Guess, tilt: TiltPrior) -> _Step | None:
-        model = fit_model(self._texture, patch, guess, self.side_m, self.pattern.count, self._scale(guess.view))
+    def _step(self, patch: Patch, guess: Guess, tilt: TiltPrior, drawn: PatternTexture) -> _Step | None:
+        model = fit_model(drawn, patch, guess, self.side_m, self.pattern.count, self._scale(guess.view))
         freedom = max(len(model.residual) - len(model.gradient), 8)
         noise2 = max(model.residual2 / freedom, _LEAST_NOISE**2)
         M, g = model.normal / noise2, model.gradient / noise2
@@ -288,6 +332,11 @@ class Aligner:
             rows.append([a * d, 0.0, -a * d * x / z, -a * x / z * my, a * (mz + x / z * mx), -a * my])
             rows.append([0.0, b * d, -b * d * y / z, -b * (mz + y / z * my), b * y / z * mx, b * mx])
         return np.array(rows)
+
+
+def _code_likeness(residual: float, unexplained_without_code: float, noise: float) -> float:
+    misfit2 = max(residual**2 - noise**2, 0.0)
+    return math.sqrt(max(1.0 - misfit2 / max(unexplained_without_code**2, 1e-9), 0.0))
 
 
 def _excess(guess: Guess) -> float:

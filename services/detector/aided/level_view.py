@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from alight.geometry.camera import PinholeCamera
 from services.detector.aided.marker_view import MarkerView
+from services.detector.aided.pixel_rays import PixelRays
 from services.detector.aided.search import Proposal
 from services.detector.detector import GreyPicture
 
@@ -36,7 +37,7 @@ class LevelView:
     """A picture for the search, and the way back."""
 
     picture: GreyPicture
-    camera: PinholeCamera
+    rays: PixelRays
     R_camera_level: Array
     focal_px: float
     centre_px: tuple[float, float]
@@ -45,9 +46,9 @@ class LevelView:
         """The pose in the camera frame that a proposal means for a marker of that side."""
         depth_m = self.focal_px * side_m / proposal.side_px
         x, y = proposal.x_px - self.centre_px[0], proposal.y_px - self.centre_px[1]
-        seen = self.camera.matrix @ self.R_camera_level @ (x / self.focal_px, y / self.focal_px, 1.0)
+        seen = self.rays.camera.matrix @ self.R_camera_level @ (x / self.focal_px, y / self.focal_px, 1.0)
         # The lens's distortion was left out of the turning: it bends the way back, not the marker.
-        ray = self.camera.undistorted(seen[None, :2] / seen[2])[0]
+        ray = self.rays.at(seen[None, :2] / seen[2])[0]
         ray_level = self.R_camera_level.T @ (ray[0], ray[1], 1.0)
         c, s = math.cos(proposal.yaw_rad), math.sin(proposal.yaw_rad)
         R = np.array([[c, s, 0.0], [s, -c, 0.0], [0.0, 0.0, -1.0]])
@@ -55,13 +56,13 @@ class LevelView:
 
 
 def level_view(
-    picture: GreyPicture, camera: PinholeCamera, normal_camera: Array, scale: float, region: Region | None
+    picture: GreyPicture, rays: PixelRays, normal_camera: Array, scale: float, region: Region | None
 ) -> LevelView | None:
     """Turn and scale a picture.
 
     Args:
         picture: (height, width), grey levels.
-        camera: Its camera.
+        rays: Of its camera.
         normal_camera: Unit vector out of the print, camera frame: the camera is turned until it looks against it.
         scale: Focal length of the new picture as a part of the camera's.
         region: What part to take; None for all.
@@ -69,23 +70,24 @@ def level_view(
     Returns:
         None if nothing of the region is in view.
     """
+    camera = rays.camera
     focal_px = scale * (camera.fx_px + camera.fy_px) / 2.0
     angle_rad = math.acos(min(max(-float(normal_camera[2]), -1.0), 1.0))
     if angle_rad > _STEEPEST_RAD:
         normal_camera, angle_rad = np.array((0.0, 0.0, -1.0)), 0.0
     if angle_rad < _STRAIGHT_RAD and scale <= 1.0 and abs(camera.fx_px / camera.fy_px - 1.0) < 0.02:
-        return _scaled(picture, camera, scale, region)
+        return _scaled(picture, rays, scale, region)
     R = _towards(-normal_camera)
     outline = _outline(camera, region)
-    rays = np.column_stack((camera.undistorted(outline), np.ones(len(outline)))) @ R
-    rays = rays[np.isfinite(rays).all(axis=1) & (rays[:, 2] > 0.1)]
-    if len(rays) < 3:
+    seen = np.column_stack((rays.at(outline), np.ones(len(outline)))) @ R
+    seen = seen[np.isfinite(seen).all(axis=1) & (seen[:, 2] > 0.1)]
+    if len(seen) < 3:
         return None
-    plane = focal_px * rays[:, :2] / rays[:, 2:]
+    plane = focal_px * seen[:, :2] / seen[:, 2:]
     low, high = np.floor(plane.min(axis=0)), np.ceil(plane.max(axis=0))
     width, height = (int(value) for value in (high - low + 1.0).tolist())
     if width * height > _LARGEST_PART * camera.width_px * camera.height_px * max(scale, 1.0) ** 2:
-        return _scaled(picture, camera, min(scale, 1.0), region)
+        return _scaled(picture, rays, min(scale, 1.0), region)
     A = np.array([[focal_px, 0.0, -low[0]], [0.0, focal_px, -low[1]], [0.0, 0.0, 1.0]])
     smaller, smaller_from_whole = _smaller(picture, outline, max(round(1.0 / scale), 1) if scale < _FINE else 1)
     source_from_level = smaller_from_whole @ camera.matrix @ R @ np.linalg.inv(A)
@@ -96,7 +98,7 @@ def level_view(
         flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
         borderMode=cv2.BORDER_REPLICATE,
     )
-    return LevelView(np.asarray(turned, np.uint8), camera, R, focal_px, (-float(low[0]), -float(low[1])))
+    return LevelView(np.asarray(turned, np.uint8), rays, R, focal_px, (-float(low[0]), -float(low[1])))
 
 
 def _smaller(picture: GreyPicture, outline: Array, shrink: int) -> tuple[GreyPicture, Array]:
@@ -115,8 +117,9 @@ def _smaller(picture: GreyPicture, outline: Array, shrink: int) -> tuple[GreyPic
     return part, np.array([[1.0 / shrink, 0.0, across], [0.0, 1.0 / shrink, down], [0.0, 0.0, 1.0]])
 
 
-def _scaled(picture: GreyPicture, camera: PinholeCamera, scale: float, region: Region | None) -> LevelView | None:
+def _scaled(picture: GreyPicture, rays: PixelRays, scale: float, region: Region | None) -> LevelView | None:
     """Without turning: cut out and shrink."""
+    camera = rays.camera
     height, width = picture.shape
     left, top, right, bottom = 0, 0, width, height
     if region is not None:
@@ -134,7 +137,7 @@ def _scaled(picture: GreyPicture, camera: PinholeCamera, scale: float, region: R
         (camera.cx_px - left + 0.5) * x_scale - 0.5,
         (camera.cy_px - top + 0.5) * part.shape[0] / (bottom - top) - 0.5,
     )
-    return LevelView(part, camera, np.eye(3), x_scale * (camera.fx_px + camera.fy_px) / 2.0, centre)
+    return LevelView(part, rays, np.eye(3), x_scale * (camera.fx_px + camera.fy_px) / 2.0, centre)
 
 
 def _outline(camera: PinholeCamera, region: Region | None) -> Array:

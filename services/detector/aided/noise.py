@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from services.detector.detector import GreyPicture
 
 _BLOCK_PX = 32
-_BANDS = 7
+_BANDS = 4
 _PERCENTILE = 25.0
 _GAIN = 6.0
 """Of the mask below: the root of the sum of its squares."""

@@ -89,7 +89,10 @@ class Pattern:
 
     def cell_shares(self, u: Array, v: Array, blur_u: float, blur_v: float) -> Array:
         """How much each cell, quiet zone included, contributes to each place, (N, (n + 2)^2)."""
-        across, down = -np.diff(self._smooth_steps(u, blur_u)[0]), -np.diff(self._smooth_steps(v, blur_v)[0])
+        across, down = (
+            -np.diff(normal_distribution((places[:, None] - self._edges) / blur))
+            for places, blur in ((u, blur_u), (v, blur_v))
+        )
         shares: Array = (down[:, :, None] * across[:, None, :]).reshape(len(u), -1)
         return shares
 

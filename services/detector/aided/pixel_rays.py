@@ -40,6 +40,20 @@ class PixelRays:
         rays[:2] = part.reshape(2, -1)
         return rays
 
+    def at(self, points_px: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Rays x/z, y/z, (N, 2), at places in the picture (N, 2); beyond its edges the lens is asked."""
+        width, height = self.camera.width_px, self.camera.height_px
+        x, y = points_px[:, 0], points_px[:, 1]
+        if not (x.min() >= 0.0 and y.min() >= 0.0 and x.max() <= width - 1.0 and y.max() <= height - 1.0):
+            return self.camera.undistorted(points_px)
+        column = np.minimum(x.astype(np.intp), width - 2)
+        row = np.minimum(y.astype(np.intp), height - 2)
+        right, down = x - column, y - row
+        rays = self._levels[1]
+        above = rays[:, row, column] * (1.0 - right) + rays[:, row, column + 1] * right
+        below = rays[:, row + 1, column] * (1.0 - right) + rays[:, row + 1, column + 1] * right
+        return np.asarray((above * (1.0 - down) + below * down).T, np.float64)
+
     def _level(self, shrink: int) -> NDArray[np.float32]:
         level = self._levels.get(shrink)
         if level is None:

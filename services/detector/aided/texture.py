@@ -26,8 +26,10 @@ _MOST_KEPT = 48
 class PatternTexture:
     """Looks up shades of one pattern. What it answers depends on what it is asked alone, not on what it has drawn before."""
 
-    def __init__(self, pattern: Pattern) -> None:
+    def __init__(self, pattern: Pattern, log_step: float = _LOG_STEP) -> None:
+        """Take the pattern and how far apart, as a logarithm, the blurs are that are drawn."""
         self._pattern = pattern
+        self._log_step = log_step
         along = np.arange(round((pattern.count + 2.0 * _MARGIN_CELLS) * _NODES) + 1)
         self._places = along / _NODES - _MARGIN_CELLS
         self._drawn: OrderedDict[tuple[int, int], Field] = OrderedDict()
@@ -36,17 +38,17 @@ class PatternTexture:
         """All nine at places (u, v), each (N,), blurred with these standard deviations in cells.
 
         Returns:
-            (9, N). White is that of the very blur, the others those of one within three percent of it.
+            (9, N). White is that of the very blur, the others those of one within half a step of it.
         """
-        number_u, number_v = round(math.log(blur_u) / _LOG_STEP), round(math.log(blur_v) / _LOG_STEP)
+        number_u, number_v = round(math.log(blur_u) / self._log_step), round(math.log(blur_v) / self._log_step)
         texture = self._texture(number_u, number_v)
         x = ((u + _MARGIN_CELLS) * _NODES).astype(np.float32)
         y = ((v + _MARGIN_CELLS) * _NODES).astype(np.float32)
         read = cv2.remap(texture, x[None], y[None], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         shades = np.array(read[0].T, np.float64, order="C")
         # A Gaussian blur obeys the heat equation: its variance grows as the second derivative says.
-        more_u = 0.5 * (blur_u**2 - math.exp(2.0 * number_u * _LOG_STEP))
-        more_v = 0.5 * (blur_v**2 - math.exp(2.0 * number_v * _LOG_STEP))
+        more_u = 0.5 * (blur_u**2 - math.exp(2.0 * number_u * self._log_step))
+        more_v = 0.5 * (blur_v**2 - math.exp(2.0 * number_v * self._log_step))
         shades[WHITE] += more_u * shades[WHITE_UU] + more_v * shades[WHITE_VV]
         return shades
 
@@ -54,7 +56,7 @@ class PatternTexture:
         key = number_u, number_v
         texture = self._drawn.get(key)
         if texture is None:
-            blurs = math.exp(number_u * _LOG_STEP), math.exp(number_v * _LOG_STEP)
+            blurs = math.exp(number_u * self._log_step), math.exp(number_v * self._log_step)
             texture = self._drawn[key] = self._pattern.raster(self._places, self._places, *blurs)
             if len(self._drawn) > _MOST_KEPT:
                 self._drawn.popitem(last=False)

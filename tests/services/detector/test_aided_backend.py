@@ -90,6 +90,35 @@ def test_a_prediction_elsewhere_loses_nothing(studio) -> None:
     assert pad_in(aided().detect(View(shot.picture, 1, studio.camera, wrong))) is not None
 
 
+@pytest.mark.parametrize("prior", [Prior(height_at_most_m=0.5), Prior(height_m=3.0, height_sigma_m=0.3)])
+def test_a_pad_that_should_be_too_near_to_be_missed_is_sought_once_a_second_and_found_if_that_is_wrong(
+    studio, prior
+) -> None:
+    detector = aided()
+    far = studio.shoot_at_random(26.0, 1).picture
+    ground = np.full_like(far, 120)
+    frames = [ground] * 10 + [far] * 32
+    found = [
+        number
+        for number, picture in enumerate(frames)
+        if pad_in(detector.detect(View(picture, APART_NS + number * FRAME_NS, studio.camera, prior)))
+    ]
+    assert found
+    assert found[0] <= 41
+
+
+def test_on_the_pad_itself_hardly_anything_is_sought(studio) -> None:
+    searches = []
+    ground = np.full((480, 640), 120, np.uint8)
+    for prior in (None, Prior(height_at_most_m=0.5)):
+        detector = aided()
+        for number in range(45):
+            detector.detect(View(ground, APART_NS + number * FRAME_NS, studio.camera, prior))
+        searches.append(detector.counters()["pattern_searches"])
+    assert searches[0] >= 30
+    assert searches[1] <= 2
+
+
 @pytest.mark.parametrize("height_m", [6.0, 15.0, 30.0])
 def test_in_still_and_evenly_lit_pictures_the_fit_is_no_less_exact_than_it_says(studio, aligner, height_m) -> None:
     ratios = []
@@ -131,7 +160,7 @@ def test_a_shadows_edge_across_the_pad_is_found(studio, aligner) -> None:
     u, v, _ = aligner.places(PixelRays(studio.camera).block(300, 220, 48, 48, 1), guess.view)
     beyond = (u - 3.5) * math.cos(0.8) + (v - 3.5) * math.sin(0.8) > 0.5
     picture[220:268, 300:348] = model * np.where(beyond, math.exp(-0.8), 1.0).reshape(48, 48)
-    even = aligner.fitted(picture, Guess(guess.view), TiltPrior(np.array((0.0, 0.0, -1.0)), 0.02), 8)
+    even = aligner.attempted(picture, Guess(guess.view), TiltPrior(np.array((0.0, 0.0, -1.0)), 0.02), (0.0,) * 8)
     begin = aligner.shaded(even)
     assert begin is not None
     shaded = aligner.fitted(picture, begin, TiltPrior(np.array((0.0, 0.0, -1.0)), 0.02), 12)

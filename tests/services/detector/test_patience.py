@@ -33,3 +33,18 @@ def test_pictures_that_are_no_stream_are_all_searched() -> None:
     patience = Patience()
     assert all(patience.allows(BEGAN_NS + number * 10**10) for number in range(50))
     assert all(patience.allows(0) for _ in range(50))
+
+
+def test_where_the_absence_is_explained_it_searches_once_a_second_from_the_beginning() -> None:
+    patience = Patience()
+    frames = [number for number in range(150) if patience.allows(BEGAN_NS + number * FRAME_NS, explained=True)]
+    assert frames[0] == 0
+    assert 5 <= len(frames) <= 6
+    assert {after - before for before, after in pairwise(frames)} <= {30, 31}
+
+
+def test_when_the_explanation_ends_it_is_eager_at_once() -> None:
+    patience = Patience()
+    for number in range(90):
+        patience.allows(BEGAN_NS + number * FRAME_NS, explained=True)
+    assert searched(patience, 90, 30) == list(range(90, 120))

@@ -6,7 +6,7 @@ from alight.geometry.rotation import R_from_quaternion, quaternion_from_euler
 from schemas.estimate import PadEstimate
 from schemas.message import GlobalPosition
 from schemas.settings.geolocator import Mount
-from schemas.vehicle import GimbalState, VehicleState
+from schemas.vehicle import GimbalState, LandedState, VehicleState, VehicleStatus
 from services.detector.prior import PriorKeeper
 
 PAD = GlobalPosition(latitude_deg=47.4, longitude_deg=8.5, altitude_amsl_m=500.0, ellipsoidal_height_m=500.0)
@@ -77,6 +77,31 @@ def test_a_pad_that_would_be_above_the_vehicle_tells_no_place(studio) -> None:
     keeper.add_state(state(NOW_NS, (0.0, 0.0, 5.0)))
     keeper.add_estimate(estimate(NOW_NS - MS))
     assert keeper.at(NOW_NS, studio.camera).height_m is None
+
+
+def test_an_estimate_too_vague_for_a_height_still_says_how_high_the_camera_hardly_is(studio) -> None:
+    keeper = PriorKeeper(Mount())
+    keeper.add_state(state(NOW_NS, (0.0, 0.0, -0.5)))
+    keeper.add_estimate(estimate(NOW_NS - 100 * MS))
+    prior = keeper.at(NOW_NS, studio.camera)
+    assert prior.height_m is None
+    assert 0.5 < prior.height_at_most_m < 1.5
+    keeper.add_estimate(estimate(NOW_NS - 9_000 * MS))
+    assert keeper.at(NOW_NS, studio.camera).height_at_most_m > 5.0
+
+
+def test_a_vehicle_on_the_ground_is_no_higher_than_it_stands_while_the_autopilot_says_so(keeper, studio) -> None:
+    keeper.add_estimate(estimate(NOW_NS - 100 * MS))
+    standing = {"landed_state": LandedState.ON_GROUND}
+    keeper.add_status(VehicleStatus(at_ns=NOW_NS - 100 * MS, connected=True, **standing))
+    assert keeper.at(NOW_NS, studio.camera).height_at_most_m < 1.0
+    for status in (
+        VehicleStatus(at_ns=NOW_NS - 5_000 * MS, connected=True, **standing),
+        VehicleStatus(at_ns=NOW_NS, connected=False, **standing),
+        VehicleStatus(at_ns=NOW_NS, connected=True, landed_state=LandedState.IN_AIR),
+    ):
+        keeper.add_status(status)
+        assert keeper.at(NOW_NS, studio.camera).height_m == pytest.approx(19.9, abs=0.02)
 
 
 def test_a_gimbal_that_fell_silent_is_no_fixed_mount(keeper, studio) -> None:
