@@ -23,15 +23,21 @@ def bench_detection_range(words: list[str] | None = None) -> None:
     parser.add_argument("--clutter", type=int, default=150, metavar="N", help="frames without any marker")
     parser.add_argument("--others", type=int, default=60, metavar="N", help="frames with another marker")
     parser.add_argument("--model", default="", metavar="FILE", help="an ONNX model: compare `yolo` with it, too")
+    parser.add_argument(
+        "--only", default="", metavar="WORD", help="only what has this in its name, on the same pictures"
+    )
     options = parser.parse_args(words or [])
     one_thread()
-    print_rates(options.poses, options.model)
-    print_false_alarms(options.clutter, options.others, options.model)
+    rivals = [rival for rival in contenders(options.model) if options.only in rival.name]
+    if options.poses:
+        print_rates(options.poses, rivals)
+    if options.clutter or options.others:
+        print_false_alarms(options.clutter, options.others, rivals)
 
 
-def print_rates(poses: int, model: str) -> None:
+def print_rates(poses: int, rivals: list[Contender]) -> None:
     """Detections in percent, by height."""
-    studio, rivals = Studio(_SEED), contenders(model)
+    studio = Studio(_SEED)
     rows = []
     for height_m in HEIGHTS_M:
         hits = np.zeros(len(rivals), int)
@@ -42,9 +48,8 @@ def print_rates(poses: int, model: str) -> None:
     print_table(f"Pad found, percent of {poses} poses a height (640x480, seed {_SEED})", head, rows)
 
 
-def print_false_alarms(clutter: int, others: int, model: str) -> None:
+def print_false_alarms(clutter: int, others: int, rivals: list[Contender]) -> None:
     """Detections of the pad where it is not."""
-    rivals = contenders(model)
     blank = [0] * len(rivals)
     studio = Studio(_SEED + 1)
     for picture in studio.clutter(clutter):
