@@ -156,12 +156,12 @@ class Aligner:
         Returns:
             None if the marker is not in view or the fit runs away.
         """
-        fit = self._run(picture, begin, tilt, steps, _CONVERGED_CELLS)
+        fit = self._run(picture, begin, tilt, steps)
         return None if fit is None else self._finished(*fit)
 
     def improved(self, picture: GreyPicture, begin: Guess, tilt: TiltPrior, steps: int) -> Guess | None:
         """The same, but only about right, and without an account of it."""
-        fit = self._run(picture, begin, tilt, steps, _ABOUT_CELLS)
+        fit = self._run(picture, begin, tilt, steps, roughly=True)
         return None if fit is None else fit[1].guess
 
     def attempted(
@@ -179,7 +179,7 @@ class Aligner:
         Returns:
             None if the marker is not in view, the fit runs away or is given up.
         """
-        fit = self._run(picture, begin, tilt, len(least), _ABOUT_CELLS, least)
+        fit = self._run(picture, begin, tilt, len(least), least, roughly=True)
         if fit is None:
             return None
         patch, step = fit
@@ -193,20 +193,22 @@ class Aligner:
         begin: Guess,
         tilt: TiltPrior,
         steps: int,
-        enough_cells: float,
         least: tuple[float, ...] = (),
+        *,
+        roughly: bool = False,
     ) -> tuple[Patch, _Step] | None:
         patch = self._patch(picture, begin.view)
         guess, step = begin, None
-        drawn = self._coarse if least else self._texture
         for count in range(steps):
             if patch is None:
                 return None
+            # Before the blur is known it would be drawn anew with each step.
+            drawn = self._coarse if roughly or count == 0 else self._texture
             step = self._step(patch, guess, tilt, drawn)
             if step is None or (count < len(least) and step.model.code_likeness < least[count]):
                 return None
             guess = step.guess
-            if step.moved_cells < enough_cells:
+            if step.moved_cells < (_ABOUT_CELLS if roughly else _CONVERGED_CELLS) and (roughly or count > 0):
                 break
             if count == 2 and count + 1 < steps and step.moved_cells > _STAYED_CELLS:
                 patch = self._patch(picture, guess.view)

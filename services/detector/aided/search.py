@@ -31,7 +31,7 @@ _PLACES, _FEWEST_PLACES = 320, 80
 _PIXELS_A_PLACE = 700
 _CLOSER, _CLOSER_MORE = 24, 16
 """How many places are looked at closer, of one picture and for each more."""
-_KEENER = 20
+_KEENER, _KEENER_OF_ONE = 20, 12
 _RING_CELLS = 1.05
 _APART_PX = 2.5
 _CHANGES = ((0.4, 0.0, 0.0, 0.0), (0.0, 0.4, 0.0, 0.0), (0.0, 0.0, 0.06, 0.0), (0.0, 0.0, 0.0, 0.05))
@@ -138,7 +138,7 @@ class PatternSearch:
         centred, _ = self._tried(sheets, places, _HERE)
         places = places.chosen(np.argsort(-centred)[: _CLOSER + _CLOSER_MORE * (len(pictures) - 1)])
         scores, found = self._tried(sheets, places, _AROUND)
-        keen = np.argsort(-scores)[:_KEENER]
+        keen = np.argsort(-scores)[: _KEENER if len(pictures) > 1 else _KEENER_OF_ONE]
         return self._distinct(self._sharpened(sheets, places.chosen(keen), found[keen]), most)
 
     @staticmethod

@@ -14,6 +14,7 @@ from services.detector.aided.marker_view import MarkerView, TiltPrior
 from services.detector.aided.noise import noise_level
 from services.detector.aided.pattern import pattern_of
 from services.detector.aided.pixel_rays import PixelRays
+from services.detector.aided.search import PatternSearch
 from services.detector.detector import Prior, View
 from services.detector.registry import detector_from
 
@@ -149,6 +150,23 @@ def test_the_rays_between_the_nodes_are_those_of_the_lens(studio) -> None:
     pixels = np.array([(0, 0), (639, 479), (3, 477), (321, 238), (600, 17)])
     exact = studio.camera.undistorted(pixels.astype(float))
     assert np.abs(rays[:2, pixels[:, 1] * 640 + pixels[:, 0]].T - exact).max() * 293.0 < 2e-3
+
+
+def test_the_ray_of_any_place_is_that_of_the_lens_in_the_picture_and_beside_it(studio) -> None:
+    rays = PixelRays(studio.camera)
+    for places in (np.random.default_rng(4).uniform(0.0, 479.0, (50, 2)), np.array([(-3.0, 20.0), (639.0, 479.0)])):
+        assert np.abs(rays.at(places) - studio.camera.undistorted(places)).max() * 293.0 < 5e-3
+
+
+def test_the_likeliest_place_in_several_pictures_is_where_the_pad_is(studio) -> None:
+    layout = layout_from(Settings().pad)
+    search = PatternSearch(pattern_of(layout.markers[0], layout))
+    shot = studio.shoot(1.0, 2.0, -36.0, (0.0, 0.0, 0.7))
+    ground = np.full((80, 120), 120, np.uint8)
+    best = search.proposals([ground, shot.picture, ground], 8)[0]
+    assert best.picture == 1
+    assert np.allclose((best.x_px, best.y_px), shot.corners_px.mean(axis=0), atol=1.0)
+    assert search.proposals([ground, ground], 8) == []
 
 
 def test_a_shadows_edge_across_the_pad_is_found(studio, aligner) -> None:
