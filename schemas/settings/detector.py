@@ -58,12 +58,12 @@ class Yolo(Section):
     least_score: float = Field(default=0.2, gt=0.0, le=1.0)
     """Boxes with a smaller score are not looked at."""
     most_boxes: int = Field(default=6, ge=1, le=50)
-    """How many boxes of a frame are looked at, the best first. Each costs about a millisecond where there is no pad."""
-    least_sides_a_box: float = Field(default=1.0, gt=0.0, le=100.0)
-    """How long the model's boxes are at least, in sides of the pad's largest marker: the root of width times height. Those of models trained with
-    `python -m station.train_yolo` are 1, whichever way the marker is turned; boxes around its four corners are 1 to 1.41, around a board of 1.5 sides 1.5 to 2.1."""
-    most_sides_a_box: float = Field(default=1.0, gt=0.0, le=100.0)
-    """How long they are at most. Every factor of 1.4 between the two is looked at once more."""
+    """How many boxes of a frame are looked at, the best first. Each costs a few milliseconds where things look like a pad."""
+    least_sides_a_box: float = Field(default=0.72, gt=0.0, le=100.0)
+    """How long the model's boxes are at least, in sides of the pad's largest marker: the root of width times height. Boxes around a marker's four corners
+    are 1 to 1.41, around a board of 1.5 sides 1.5 to 2.1; those of models trained with `python -m station.train_yolo` mean to be 1, whichever way it is turned."""
+    most_sides_a_box: float = Field(default=1.41, gt=0.0, le=100.0)
+    """How long they are at most. A box is looked at once for every factor of 1.4 between the two."""
     threads: int = Field(default=1, ge=1, le=64)
     """Threads that the model runs on. The last digits of its scores may depend on how many."""
 

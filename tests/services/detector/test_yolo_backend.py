@@ -31,8 +31,8 @@ def test_a_box_that_may_mean_many_sizes_is_looked_at_in_all_of_them(tmp_path) ->
     file = contrast_model(tmp_path / "m.onnx", box_px=20.0)
     pad = drawn_pad(Settings(), side_px=9.0, turn_rad=0.5)
     view = View(pad.picture, 1, CAMERA)
-    assert yolo(model=file, least_score=0.05).detect(view) == ()
-    (found,) = yolo(model=file, least_score=0.05, least_sides_a_box=1.4, most_sides_a_box=3.0).detect(view)
+    assert yolo(model=file, least_score=0.05, least_sides_a_box=1.0, most_sides_a_box=1.0).detect(view) == ()
+    (found,) = yolo(model=file, least_score=0.05, least_sides_a_box=1.0, most_sides_a_box=3.0).detect(view)
     assert np.abs(found.corners_px - pad.corners_px).max() < 0.5
 
 
