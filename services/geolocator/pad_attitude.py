@@ -147,7 +147,7 @@ class PadAttitude:
 
     def _refuse(self, rows: tuple[int, ...], off: Array) -> None:
         self._contradictions += 1
-        self._off_rad, self._off_by = off, rows
+        self._off_rad, self._off_by, self._last = off, rows, None
         if rows is _HEADING:
             self.heading_refused += 1
         else:
