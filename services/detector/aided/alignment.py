@@ -96,6 +96,11 @@ class Alignment:
         """The pose."""
         return self.guess.view
 
+    @property
+    def corner_sigma_px(self) -> float:
+        """Standard deviation of a corner's coordinate, root mean square over all, pixels."""
+        return math.sqrt(float(np.trace(self.corner_covariance_px2)) / 8.0)
+
     def code_likeness(self, noise: float = 0.0) -> float:
         """Correlation of the code alone with what light and ground leave unexplained, the picture's noise taken out, 0 to 1."""
         return _code_likeness(self.residual, self.unexplained_without_code, noise)

@@ -254,8 +254,7 @@ class AidedBackend:
     def _found(self, view: View, alignment: Alignment) -> FoundMarker:
         """The main marker, which is remembered."""
         self._track.seen(view, alignment.guess)
-        covariance = alignment.corner_covariance_px2
-        sigma_px = math.sqrt(float(np.trace(covariance)) / 8.0)
+        sigma_px, covariance = alignment.corner_sigma_px, alignment.corner_covariance_px2
         return FoundMarker(self._main.family, self._main.id, alignment.corners_px, sigma_px, covariance)
 
 

@@ -15,6 +15,7 @@ from services.detector.aided.noise import noise_level
 from services.detector.aided.pattern import pattern_of
 from services.detector.aided.pixel_rays import PixelRays
 from services.detector.aided.search import PatternSearch
+from services.detector.aided.verification import LARGEST_CORNER_SIGMA_PX
 from services.detector.detector import Prior, View
 from services.detector.registry import detector_from
 
@@ -106,6 +107,19 @@ def test_a_pad_that_should_be_too_near_to_be_missed_is_sought_once_a_second_and_
     ]
     assert found
     assert found[0] <= 41
+
+
+def test_a_pad_that_grows_out_of_the_picture_is_given_up_before_its_corners_are_made_up(studio) -> None:
+    detector, sigmas_px, errors_px = aided(), [], []
+    for number, height_m in enumerate(np.arange(1.4, 0.2, -0.03)):
+        shot = studio.shoot(0.05, -0.05, -float(height_m), (0.03, -0.02, 0.4))
+        found = pad_in(detector.detect(View(shot.picture, APART_NS + number * FRAME_NS, studio.camera)))
+        if found is not None:
+            sigmas_px.append(found.corner_sigma_px)
+            errors_px.append(np.abs(found.corners_px - shot.corners_px).max())
+    assert len(sigmas_px) > 10
+    assert max(sigmas_px) <= LARGEST_CORNER_SIGMA_PX
+    assert max(errors_px) < 5.0 * LARGEST_CORNER_SIGMA_PX
 
 
 def test_on_the_pad_itself_hardly_anything_is_sought(studio) -> None:
