@@ -94,8 +94,9 @@ class _Flight:
             if flying.poll() is None:
                 flying.terminate()
                 flying.wait()
-        arm.idle_s += _machine_s()[0] - idle_s
-        arm.cores_s += _machine_s()[1] - cores_s
+        idle_after_s, cores_after_s = _machine_s()
+        arm.idle_s += idle_after_s - idle_s
+        arm.cores_s += cores_after_s - cores_s
         arm.setpoints += [Setpoint.model_validate_json(payload) for payload in self._heard]
         if self._frames is not None:
             arm.busy_s += busy_s
