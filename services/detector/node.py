@@ -1,4 +1,8 @@
-"""The detector's node: a detection for every frame, with markers or without."""
+"""The detector's node: a detection for every frame that it looks at, with markers or without.
+
+It looks at every frame, but on the ground only at some: a pad between the legs is the dearest picture to search, a vehicle that
+stands goes nowhere, and what the search leaves of the cores is the recorder's.
+"""
 
 from collections.abc import Mapping
 from typing import ClassVar
@@ -8,6 +12,7 @@ import numpy as np
 
 from alight.geometry.camera import PinholeCamera
 from alight.markers.layout import layout_from
+from alight.runtime.clock import nanoseconds
 from alight.runtime.node import Arrival, Node, Outputs, Pixels, Publication
 from schemas import topics
 from schemas.calibration import CameraCalibration
@@ -22,6 +27,8 @@ from services.detector.prior import PriorKeeper
 from services.detector.square_pose import located
 
 _MOST_MARKERS = 256
+_LOOK_ON_GROUND_NS = nanoseconds(0.2)
+"""Well within the time after which who reads detections calls them stale."""
 
 
 class DetectorNode(Node):
@@ -38,7 +45,8 @@ class DetectorNode(Node):
         self._camera: PinholeCamera | None = None
         self._row_time_s = 0.0
         self._complaint = ""
-        self._counts = {"frames": 0, "frames_with_markers": 0, "frames_without_calibration": 0}
+        self._looked_at_ns: int | None = None
+        self._counts = {"frames": 0, "frames_with_markers": 0, "frames_without_calibration": 0, "frames_left_out": 0}
         self.subscribe(topics.FRAME, self._on_frame)
         self.subscribe(topics.CALIBRATION, self._on_calibration)
         self.subscribe(topics.VEHICLE_STATE, self._on_vehicle_state)
@@ -70,6 +78,10 @@ class DetectorNode(Node):
     def _on_frame(self, arrival: Arrival[FrameHeader]) -> Outputs:
         frame = arrival.message
         self._counts["frames"] += 1
+        if self._may_rest(frame.captured_at_ns):
+            self._counts["frames_left_out"] += 1
+            return []
+        self._looked_at_ns = frame.captured_at_ns
         self._complaint = self._unfit(frame)
         markers: tuple[Marker, ...] = ()
         if self._complaint:
@@ -86,6 +98,12 @@ class DetectorNode(Node):
             pad=pad_view(markers, self._layout, self._camera) if self._camera and markers else None,
         )
         return [Publication(topics.DETECTION, detection)]
+
+    def _may_rest(self, captured_at_ns: int) -> bool:
+        """Whether the vehicle stands on the ground and was looked from a moment ago."""
+        if self._looked_at_ns is None or not self._prior.stands_at(captured_at_ns):
+            return False
+        return 0 <= captured_at_ns - self._looked_at_ns < _LOOK_ON_GROUND_NS
 
     def _unfit(self, frame: FrameHeader) -> str:
         """Why poses cannot be had from this frame; empty if they can."""

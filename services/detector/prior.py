@@ -79,6 +79,11 @@ class PriorKeeper:
         stands = status.connected and status.landed_state is LandedState.ON_GROUND
         self._standing_at_ns = status.at_ns if stands else None
 
+    def stands_at(self, captured_at_ns: int) -> bool:
+        """Whether the autopilot says that the vehicle stood on the ground at a time. What it said too long ago says nothing."""
+        standing_at_ns = self._standing_at_ns
+        return standing_at_ns is not None and abs(seconds(captured_at_ns - standing_at_ns)) <= _STATUS_MAX_AGE_S
+
     def at(self, captured_at_ns: int, camera: PinholeCamera) -> Prior | None:
         """What is known for a frame; None if not even the attitude is."""
         try:
@@ -96,8 +101,7 @@ class PriorKeeper:
             q_ned_camera=quaternion_multiply(q_ned_body, q_body_camera(q_body_gimbal)),
             attitude_sigma_rad=_ATTITUDE_SIGMA_RAD,
         )
-        standing_at_ns = self._standing_at_ns
-        if standing_at_ns is not None and abs(seconds(at_ns - standing_at_ns)) <= _STATUS_MAX_AGE_S:
+        if self.stands_at(at_ns):
             return replace(attitude, height_at_most_m=_STANDING_HEIGHT_M)
         estimate = self._estimate
         if estimate is None or at_ns < estimate.captured_at_ns:

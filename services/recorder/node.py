@@ -29,7 +29,7 @@ class Recorder(Node):
     """
 
     service: ClassVar[str] = "recorder"
-    frames_waiting: ClassVar[int] = 30  # it runs in the background, so it may have to wait for its turn
+    frames_waiting: ClassVar[int] = 120  # it runs in the background, so it may have to wait some seconds for its turn
     takes_any_age: ClassVar[bool] = True
 
     def __init__(self, settings: Settings, recording: Recording) -> None:

@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from schemas.calibration import CameraCalibration
 from schemas.frame import FrameHeader, PixelFormat
 from schemas.message import Hop
 from schemas.settings import Settings
+from schemas.vehicle import LandedState, VehicleStatus
 from services.camera.calibration_file import configured_calibration
 from services.detector.service import build
 
@@ -18,9 +21,9 @@ def calibration_arrival(**changes: object) -> Arrival[CameraCalibration]:
     return Arrival(topics.CALIBRATION, calibration, received_at_ns=1, now_ns=1)
 
 
-def frame_arrival(picture: np.ndarray, sequence: int = 0) -> Arrival[FrameHeader]:
+def frame_arrival(picture: np.ndarray, sequence: int = 0, at_ns: int | None = None) -> Arrival[FrameHeader]:
     header = FrameHeader(
-        captured_at_ns=1_000_000_000 + sequence,
+        captured_at_ns=1_000_000_000 + sequence if at_ns is None else at_ns,
         hops=(HOP,),
         sequence=sequence,
         width_px=picture.shape[1],
@@ -81,6 +84,27 @@ def test_a_calibration_for_another_size_locates_nothing_and_the_reason_is_told(n
 def test_a_lens_model_without_an_inverse_locates_nothing(node, studio) -> None:
     node.on_message(calibration_arrival(distortion=(-90.0, 0.0, 0.0, 0.0, 0.0)))
     assert detection_of(node, studio.shoot(2.0, 2.0, -6.0).picture).markers == ()
+
+
+def looked_at(node, landed_state: LandedState, told_at_s: float, seconds: float = 2.0, rate_hz: int = 50) -> list[int]:
+    """Which frames of a camera are looked at after the autopilot has said where the vehicle is, by number."""
+    status = VehicleStatus(at_ns=round(told_at_s * 1e9), connected=True, landed_state=landed_state)
+    node.on_message(Arrival(topics.VEHICLE_STATUS, status, received_at_ns=1, now_ns=1))
+    picture = np.full((480, 640), 90, np.uint8)
+    times_ns = [10_000_000_000 + number * 1_000_000_000 // rate_hz for number in range(round(seconds * rate_hz))]
+    arrivals = [frame_arrival(picture, number, at_ns) for number, at_ns in enumerate(times_ns)]
+    return [arrival.message.sequence for arrival in arrivals if list(node.on_message(arrival))]
+
+
+def test_on_the_ground_it_looks_a_few_times_a_second_and_in_the_air_always(node) -> None:
+    on_ground = looked_at(node, LandedState.ON_GROUND, told_at_s=10.0)
+    assert {later - earlier for earlier, later in pairwise(on_ground)} == {10}
+    assert node.counters()["frames_left_out"] == 100 - len(on_ground)
+    assert len(looked_at(node, LandedState.IN_AIR, told_at_s=10.0)) == 100
+
+
+def test_an_autopilot_that_fell_silent_on_the_ground_lets_it_look_at_every_frame(node) -> None:
+    assert len(looked_at(node, LandedState.ON_GROUND, told_at_s=7.0)) == 100
 
 
 @pytest.mark.parametrize(
