@@ -12,8 +12,8 @@ from station.bench.detection_contenders import Contender, backend, contenders
 from station.bench.detection_scene import Shot, Studio, one_thread, rms
 from station.bench.table import print_table
 
-HEIGHTS_M = (2.0, 5.0, 10.0, 18.0, 20.0, 24.0, 30.0, 36.0, 40.0)
-HONEST_HEIGHTS_M = (5.0, 10.0, 15.0, 20.0, 25.0, 30.0)
+HEIGHTS_M = (1.0, 2.0, 5.0, 10.0, 18.0, 20.0, 24.0, 30.0, 36.0, 40.0)
+HONEST_HEIGHTS_M = (1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0)
 _SEED = 43
 _RIGHT_PX = 2.0
 

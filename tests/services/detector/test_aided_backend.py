@@ -74,6 +74,18 @@ def test_it_follows_the_pad_without_searching_again(studio) -> None:
     assert detector.counters()["tracked"] >= 22
 
 
+def test_a_large_pad_is_laid_out_by_its_edges_to_a_twentieth_of_a_pixel_and_claims_no_less(studio) -> None:
+    detector, errors, claims = aided(), [], []
+    for number, height_m in enumerate((1.2, 1.5, 1.8, 2.1, 2.4), start=1):
+        shot = studio.shoot(0.02 * height_m, -0.03 * height_m, -height_m, (0.03, -0.02, 0.2 * number))
+        found = pad_in(detector.detect(View(shot.picture, number * APART_NS, studio.camera)))
+        errors.append(np.sqrt(np.mean((found.corners_px - shot.corners_px) ** 2)))
+        claims.append(found.corner_sigma_px)
+    assert max(errors) < 0.05
+    assert np.mean(np.square(errors)) < 2.0 * np.mean(np.square(claims))
+    assert detector.counters()["sharpened_by_edges"] == 5
+
+
 def test_another_marker_of_the_family_is_not_taken_for_the_pad(studio) -> None:
     other = detector_from(Settings.model_validate({"pad": {"id": 69}, "detector": {"backend": "aided"}}))
     for number, height_m in enumerate((8.0, 16.0, 22.0, 28.0), start=1):
