@@ -31,16 +31,30 @@ class RefinedCorners:
 
     corners_px: Array
     """(4, 2), pixels."""
-    sigma_px: float
-    """Standard deviation of one coordinate, pixels."""
+    covariance_px2: Array
+    """(8, 8), of x, y of the four: large for a corner out of the picture, to which the edges had to be drawn out."""
+
+    @property
+    def sigma_px(self) -> float:
+        """Standard deviation of a coordinate, root mean square over all, pixels."""
+        return float(np.sqrt(np.trace(self.covariance_px2) / 8.0))
+
+
+@dataclass(frozen=True)
+class _Lines:
+    at_ends_px: Array
+    """(4, 2): how far outward of its start and of its end each edge is."""
+    covariances_px2: Array
+    """(4, 2, 2), of these."""
 
 
 @dataclass(frozen=True)
 class _Fit:
     corners_px: Array
     moved_px: float
-    spread_px: float
-    samples: int
+    lines: _Lines
+    corners_from_lines: Array
+    """(4, 2, 2): what makes a corner's move of what the edge that ends there and the one that begins there ask for."""
 
 
 def refined_corners(
@@ -70,9 +84,22 @@ def refined_corners(
     moved_px = float(np.abs(corners - corners_px).max())
     if fit is None or moved_px > max(_LARGEST_MOVE_CELLS * cell_px, 1.5) or fit.moved_px > _LARGEST_LAST_MOVE_PX:
         return None
-    # The end of a fitted line is twice as uncertain as its middle. Cells of a few pixels leak into the edge through the blur.
-    line_px, leak_px = 2.0 * fit.spread_px / np.sqrt(fit.samples), _LEAK_SIGMA_PX / cell_px**3
-    return RefinedCorners(corners, float(np.sqrt(line_px**2 + leak_px**2 + _MODEL_SIGMA_PX**2)))
+    # Cells of a few pixels leak into the edge through the blur.
+    leak_px2 = (_LEAK_SIGMA_PX / cell_px**3) ** 2
+    return RefinedCorners(corners, _covariance(fit) + leak_px2 * np.eye(8))
+
+
+def _covariance(fit: _Fit) -> Array:
+    """Of the corners, (8, 8): neighbours share an edge."""
+    whole, slopes = np.zeros((8, 8)), np.zeros((8, 8))
+    for corner in range(4):
+        edge, rows = 2 * corner, slice(2 * corner, 2 * corner + 2)
+        whole[rows, rows] = fit.lines.covariances_px2[corner]
+        # Column `edge` is the edge's start, the one before it the end of the edge before.
+        slopes[rows, edge - 1] = fit.corners_from_lines[corner, :, 0]
+        slopes[rows, edge] = fit.corners_from_lines[corner, :, 1]
+    covariance: Array = slopes @ whole @ slopes.T
+    return covariance
 
 
 def _one_pass(
@@ -89,18 +116,18 @@ def _one_pass(
     along = margin + (1.0 - 2.0 * margin) * (np.arange(count) + 0.5) / count
     points = _edge_points(corners_px, along, camera)
     offsets, good = _edge_offsets(picture, points, normals, reach_px)
-    fitted = _lines(along, offsets, good)
-    if fitted is None:
+    lines = _lines(along, offsets, good)
+    if lines is None:
         return None
-    at_start, at_end, spread_px = fitted
     # Corner i moves by what the edge that ends there and the edge that begins there ask for along their normals.
     before = np.roll(normals, 1, axis=0)
-    asked = np.stack((np.roll(at_end, 1), at_start), axis=1)
+    asked = np.stack((np.roll(lines.at_ends_px[:, 1], 1), lines.at_ends_px[:, 0]), axis=1)
     matrices = np.stack((before, normals), axis=1)
     if not (np.isfinite(asked).all() and float(np.abs(np.linalg.det(matrices)).min()) > 1e-2):
         return None
-    move = np.linalg.solve(matrices, asked[..., None])[..., 0]
-    return _Fit(corners_px + move, float(np.abs(move).max()), spread_px, count)
+    inverses = np.linalg.inv(matrices)
+    move = (inverses @ asked[..., None])[..., 0]
+    return _Fit(corners_px + move, float(np.abs(move).max()), lines, inverses)
 
 
 def _edge_points(corners_px: Array, along: Array, camera: PinholeCamera | None) -> Array:
@@ -128,18 +155,15 @@ def _edge_offsets(picture: NDArray[np.uint8], points: Array, normals: Array, rea
     bright = profile.sum(axis=2) - (profile[..., 0] + profile[..., -1]) / 2.0 - ink * (steps - 1)
     bright_px = bright / np.where(good, contrast, 1.0) * (across[1] - across[0])
     offsets = reach_px - bright_px
-    height, width = picture.shape
-    x, y = points[..., 0], points[..., 1]
-    good &= (x >= 1.0) & (y >= 1.0) & (x <= width - 2) & (y <= height - 2) & (np.abs(offsets) < reach_px)
+    # The whole profile has to be in the picture: what lies beyond its border is made up.
+    inmost, outmost = np.zeros(2), np.array(picture.shape[::-1]) - 1.0
+    outer = where[:, :, [0, -1]]
+    good &= ((outer >= inmost) & (outer <= outmost)).all(axis=(2, 3)) & (np.abs(offsets) < reach_px)
     return np.where(good, offsets, 0.0), good
 
 
-def _lines(along: Array, offsets: Array, good: Flags) -> tuple[Array, Array, float] | None:
-    """A line through each edge's offsets, once more without what lies far off.
-
-    Returns:
-        Offsets at the edges' starts (4,) and ends (4,), and the root mean square distance from the lines, pixels.
-    """
+def _lines(along: Array, offsets: Array, good: Flags) -> _Lines | None:
+    """A line through each edge's offsets, once more without what lies far off."""
     for _ in range(2):
         weights = good.astype(float)
         total = weights.sum(axis=1)
@@ -148,11 +172,24 @@ def _lines(along: Array, offsets: Array, good: Flags) -> tuple[Array, Array, flo
         middle = (weights @ along) / total
         level = (weights * offsets).sum(axis=1) / total
         beside = along[None] - middle[:, None]
-        slope = (weights * beside * offsets).sum(axis=1) / np.maximum((weights * beside**2).sum(axis=1), 1e-12)
+        breadth2 = np.maximum((weights * beside**2).sum(axis=1), 1e-12)
+        slope = (weights * beside * offsets).sum(axis=1) / breadth2
         residuals = np.abs(offsets - level[:, None] - slope[:, None] * beside)
-        spread_px = float(np.sqrt((weights * residuals**2).sum() / max(float(total.sum()) - 8.0, 1.0)))
-        kept = good & (residuals <= max(3.0 * spread_px, 0.05))
+        spread2 = float((weights * residuals**2).sum() / max(float(total.sum()) - 8.0, 1.0))
+        kept = good & (residuals <= max(3.0 * spread2**0.5, 0.05))
         if bool((kept == good).all()) or int(kept.sum(axis=1).min()) < _FEWEST_SAMPLES:
             break
         good = kept
-    return level - slope * middle, level + slope * (1.0 - middle), spread_px
+    ends = np.stack((-middle, 1.0 - middle), axis=1)
+    shares = 1.0 / total[:, None, None] + ends[:, :, None] * ends[:, None, :] / breadth2[:, None, None]
+    return _Lines(level[:, None] + slope[:, None] * ends, spread2 * shares + _of_the_model(along, good))
+
+
+def _of_the_model(along: Array, good: Flags) -> Array:
+    """What no number of samples averages out, (4, 2, 2): an error of its own where each edge is first and last seen, drawn out to its ends."""
+    first = np.where(good, along, 1.0).min(axis=1)
+    last = np.where(good, along, 0.0).max(axis=1)
+    ends = np.array((0.0, 1.0))
+    parts = np.stack((last[:, None] - ends, ends - first[:, None]), axis=2) / (last - first)[:, None, None]
+    covariances: Array = _MODEL_SIGMA_PX**2 * (parts @ parts.transpose(0, 2, 1))
+    return covariances

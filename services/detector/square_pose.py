@@ -21,6 +21,8 @@ SAME_ROTATION_TRACE = 2.9999
 """Trace of the rotation between two poses that counts as none: less than 0.6 degrees."""
 
 _NEAREST_M = 1e-3
+_LEAST_SIGMA_PX = 1e-3
+"""Keeps positive what is propagated from corners of which some are said not to err at all."""
 
 
 def square_points_m(side_m: float) -> Array:
@@ -93,7 +95,7 @@ def _pose(R: Array, t: Array, found: FoundMarker, side_m: float, camera: Pinhole
     error = camera.project(corners_m + t) - found.corners_px
     if not np.isfinite(error).all():
         return None
-    covariance = _covariance(corners_m, t, found.corner_sigma_px, camera)
+    covariance = _covariance(corners_m, t, found, camera)
     return MarkerPose(
         position_camera_m=(float(t[0]), float(t[1]), float(t[2])),
         q_camera_marker=quaternion_from_R(R),
@@ -102,10 +104,12 @@ def _pose(R: Array, t: Array, found: FoundMarker, side_m: float, camera: Pinhole
     )
 
 
-def _covariance(corners_m: Array, t: Array, sigma_px: float, camera: PinholeCamera) -> Array:
-    """First-order propagation of independent corner noise, (6, 6): (J^T J / sigma^2 + prior^-1)^-1.
+def _covariance(corners_m: Array, t: Array, found: FoundMarker, camera: PinholeCamera) -> Array:
+    """First-order propagation of the corners' errors to the least-squares pose, (6, 6).
 
-    The lens's distortion is left out of J: it stretches the picture by some percent only.
+    Corners that err each on its own: (J^T J / sigma^2 + prior^-1)^-1. Where the detector tells how they err together, C: G C G^T with
+    G = (J^T J + sigma^2 prior^-1)^-1 J^T, since the pose is fitted to them as if they were alike. The lens's distortion is left out of J:
+    it stretches the picture by some percent only.
     """
     rows = []
     for corner, (x, y, z) in zip(corners_m, corners_m + t, strict=True):
@@ -116,8 +120,13 @@ def _covariance(corners_m: Array, t: Array, sigma_px: float, camera: PinholeCame
         # A small rotation w moves the corner by w x corner.
         turning = np.array([[0.0, cz, -cy], [-cz, 0.0, cx], [cy, -cx, 0.0]])
         rows.append(projection @ np.hstack((np.eye(3), turning)))
-    J = np.vstack(rows) / sigma_px
-    prior = np.array([PRIOR_POSITION_SIGMA_M**-2] * 3 + [PRIOR_ROTATION_SIGMA_RAD**-2] * 3)
-    inverse = np.linalg.inv(J.T @ J + np.diag(prior))
-    symmetric: Array = (inverse + inverse.T) / 2.0
+    J, sigma2 = np.vstack(rows), found.corner_sigma_px**2
+    prior = np.diag([PRIOR_POSITION_SIGMA_M**-2] * 3 + [PRIOR_ROTATION_SIGMA_RAD**-2] * 3)
+    inverse = np.linalg.inv(J.T @ J + sigma2 * prior)
+    if found.corner_covariance_px2 is None:
+        covariance = inverse * sigma2
+    else:
+        G = inverse @ J.T
+        covariance = G @ (found.corner_covariance_px2 + _LEAST_SIGMA_PX**2 * np.eye(8)) @ G.T
+    symmetric: Array = (covariance + covariance.T) / 2.0
     return symmetric

@@ -44,6 +44,9 @@ _HANG_TOGETHER, _SHADOW_SOFT, _SHRUNK = 1.24, 1.73, 1.25
 """How much larger the corners' variances are than if pixels erred each on its own, and how much more so with a shadow's edge, or, in even light, in a picture that was
 made smaller. What the model misses, the shape of motion blur, grain beside the board, how soft a shadow is, is alike in neighbouring pixels, and more of what is left
 once noise has been averaged. From 570 rendered pads from 3.5 m to 36 m, a quarter of them with an edge."""
+_FEW_OF_MANY, _FEW_FROM_SHRINK = 6.0, 8
+"""The same in a picture of which so many pixels became one: of 300 pads half out of the picture, from 0.45 m to 0.9 m. The edges of a pad that is whole in view are
+followed instead, see `backend`."""
 
 
 @dataclass(frozen=True)
@@ -347,6 +350,8 @@ def _code_likeness(residual: float, unexplained_without_code: float, noise: floa
 
 
 def _excess(guess: Guess, shrink: int) -> float:
+    if shrink >= _FEW_FROM_SHRINK:
+        return _HANG_TOGETHER * _SHRUNK * _FEW_OF_MANY
     if guess.edge is not None:
         return _HANG_TOGETHER * _SHADOW_SOFT
     return _HANG_TOGETHER * (_SHRUNK if shrink > 1 else 1.0)

@@ -263,7 +263,7 @@ class AidedBackend:
         edges = self._by_edges(view, alignment)
         if edges is not None:
             self._tally.add("sharpened_by_edges")
-            return FoundMarker(family, number, edges.corners_px, edges.sigma_px)
+            return FoundMarker(family, number, edges.corners_px, edges.sigma_px, edges.covariance_px2)
         sigma_px, covariance = alignment.corner_sigma_px, alignment.corner_covariance_px2
         return FoundMarker(family, number, alignment.corners_px, sigma_px, covariance)
 

@@ -1,10 +1,12 @@
 """How many poses a square's picture allows."""
 
 import math
+from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from alight.geometry.camera import PinholeCamera
@@ -51,3 +53,28 @@ def test_near_by_the_second_pose_fits_much_worse() -> None:
 def test_far_away_it_allows_two() -> None:
     marker = located(seen_from(20.0, 0.2, 0.1), 1.0, CAMERA)
     assert marker is not None and len(marker.poses) == 2
+
+
+@given(st.floats(1.0, 5.0), st.integers(0, 2**32 - 1))
+@settings(max_examples=10)
+def test_a_pose_is_as_uncertain_as_its_corners_err_together(distance_m, seed) -> None:
+    random = np.random.default_rng(seed)
+    root = 0.01 * random.normal(size=(8, 8))
+    clean = seen_from(distance_m, 0.2, -0.15)
+    claim = replace(clean, corner_sigma_px=0.01 * math.sqrt(8.0), corner_covariance_px2=root @ root.T)
+    claimed = np.array(located(claim, 1.0, CAMERA).poses[0].covariance).reshape(6, 6)
+    true_m, true_R = pose_of(clean)
+    errors = []
+    for _ in range(200):
+        position_m, R = pose_of(
+            replace(clean, corners_px=clean.corners_px + (root @ random.normal(size=8)).reshape(4, 2))
+        )
+        errors.append(np.concatenate((position_m - true_m, cv2.Rodrigues(R @ true_R.T)[0].ravel())))
+    scatter = np.array(errors).T @ np.array(errors) / len(errors)
+    ratios = np.diag(scatter) / np.diag(claimed)
+    assert ((ratios > 0.6) & (ratios < 1.6)).all()
+
+
+def pose_of(found: FoundMarker) -> tuple[np.ndarray, np.ndarray]:
+    best = located(found, 1.0, CAMERA).poses[0]
+    return np.array(best.position_camera_m), R_from_quaternion(best.q_camera_marker)
