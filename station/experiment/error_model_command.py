@@ -13,6 +13,7 @@ from station.biases.cylindrical_fit import FitError
 from station.biases.recorded_hover import RecordedHover, read_hover
 from station.biases.study import Study, study_of
 from station.biases.tables import study_lines
+from station.count_progress import CountProgress
 from station.experiment.generalisation import generalisation_lines, generalise
 from station.experiment.hover_flights import fly_hovers
 from station.experiment.hover_plan import HoverPlace, other_places, paper_places
@@ -109,6 +110,6 @@ def _flown(places: Sequence[HoverPlace], samples: int, seed: int, arguments: arg
         os.environ,
         arguments.set,
         jobs=arguments.jobs,
-        on_flown=lambda done: print(f"\r{done} hovers flown", end="", file=sys.stderr, flush=True),
+        on_flown=CountProgress("hovers flown", len(places)).show,
     )
     return [read_hover(read_flight(folder), None, samples) for folder in folders]

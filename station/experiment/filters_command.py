@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from alight.runtime.settings_file import SettingsError, assigned, settings_from
 from schemas.settings import Settings
+from station.count_progress import CountProgress
 from station.experiment.descent_flights import fly_descents
 from station.experiment.filter_comparison import Comparison, ComparisonError, compare
 from station.experiment.filter_table import comparison_lines
@@ -98,7 +99,7 @@ def _compared(recordings: list[Path], arguments: argparse.Namespace) -> Comparis
         {method: method for method in arguments.methods},
         overridden,
         relocate=arguments.relocate,
-        on_done=lambda done: print(f"\r{done} of {len(recordings)} compared", end="", file=sys.stderr, flush=True),
+        on_done=CountProgress("compared", len(recordings)).show,
     )
 
 

@@ -40,7 +40,7 @@ def fly_hovers(
         environment: For the settings, usually `os.environ`.
         assignments: `section.key=value`, for all flights.
         jobs: How many at a time.
-        on_flown: Told how many are flown.
+        on_flown: Told how many there are, those from before included.
 
     Returns:
         The recordings' folders, in the order of the places.
@@ -57,7 +57,7 @@ def fly_hovers(
     # A fresh interpreter each: a forked one would share OpenCV's threads, which do not survive a fork.
     with ProcessPoolExecutor(max(1, min(jobs, len(wanted))), mp_context=get_context("spawn")) as pool:
         flights = [pool.submit(_fly, settings, samples, path) for path, settings in wanted.items()]
-        for done, flight in enumerate(as_completed(flights), start=1):
+        for done, flight in enumerate(as_completed(flights), start=len(folders) - len(wanted) + 1):
             flight.result()
             on_flown(done)
     return folders
