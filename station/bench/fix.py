@@ -90,7 +90,7 @@ class _Sight:
 
     def _seen(self, number: int) -> Message:
         at_ns = self._hover.time_ns(number)
-        frame = _give(self._camera, topics.GROUND_TRUTH, self._hover.truth(number), at_ns)
+        frame = _give(self._camera, topics.GROUND_TRUTH, self._hover.truth(number), self._hover.told_ns(number))
         assert frame is not None
         detection = _give(self._detector, topics.FRAME, frame.message, at_ns, frame.pixels)
         assert detection is not None

@@ -4,8 +4,9 @@ import math
 
 from alight.geometry.local import moved_by_ned
 from alight.geometry.rotation import quaternion_from_euler
-from alight.runtime.clock import NS_PER_S
+from alight.runtime.clock import NS_PER_S, nanoseconds
 from schemas.message import GlobalPosition, Quaternion
+from schemas.settings import Settings
 from schemas.truth import GroundTruth
 from schemas.vehicle import VehicleState
 
@@ -27,6 +28,10 @@ class Hover:
     def time_ns(self, number: int) -> int:
         """Capture time of a frame, UTC ns."""
         return START_NS + number * PERIOD_NS
+
+    def told_ns(self, number: int) -> int:
+        """When the simulator tells where everything will be at a frame: a picture that is begun later would be left out. UTC ns."""
+        return self.time_ns(number) - nanoseconds(Settings().simulator.lead_s)
 
     def truth(self, number: int) -> GroundTruth:
         """Where everything is at a frame."""

@@ -7,7 +7,6 @@ from typing import TypeVar
 
 import cv2
 
-from alight.runtime.clock import nanoseconds
 from alight.runtime.node import Arrival, Node, Output, Pixels, Publication
 from schemas import topics
 from schemas.message import Message
@@ -45,7 +44,6 @@ class _Chain:
         settings = Settings()
         self._height_m = height_m
         self._hover = Hover(height_m)
-        self._truth_lead_ns = nanoseconds(settings.simulator.lead_s)
         self._camera, self._detector = build_camera(settings), build_detector(settings)
         self._geolocator = build_geolocator(settings)
         self._plain = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_1000))
@@ -72,8 +70,8 @@ class _Chain:
 
     def _step(self, number: int) -> None:
         at_ns = self._hover.time_ns(number)
-        ahead_ns = at_ns - self._truth_lead_ns
-        frame = self._timed("render", self._camera, topics.GROUND_TRUTH, self._hover.truth(number), ahead_ns)
+        truth, told_ns = self._hover.truth(number), self._hover.told_ns(number)
+        frame = self._timed("render", self._camera, topics.GROUND_TRUTH, truth, told_ns)
         if frame is None or frame.pixels is None:
             return
         detection = self._timed("detect", self._detector, topics.FRAME, frame.message, at_ns, frame.pixels)
