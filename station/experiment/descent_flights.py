@@ -2,13 +2,13 @@
 
 import shutil
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+from concurrent.futures import as_completed
 from pathlib import Path
 
 from schemas.settings import Settings
 from station.director import FlightPlan
 from station.experiment.descent import descent_settings
+from station.experiment.flight_pool import flight_pool
 from station.lockstep_flight import fly_lockstep
 
 _UNFINISHED = ".unfinished"
@@ -43,8 +43,7 @@ def fly_descents(
     wanted = {
         seed: descent_settings(seed, environment, assignments) for seed, path in folders.items() if not path.exists()
     }
-    # A fresh interpreter each: a forked one would share OpenCV's threads, which do not survive a fork.
-    with ProcessPoolExecutor(max(1, min(jobs, len(wanted))), mp_context=get_context("spawn")) as pool:
+    with flight_pool(min(jobs, len(wanted))) as pool:
         flights = {pool.submit(_fly, settings, folders[seed]): seed for seed, settings in wanted.items()}
         for flight in as_completed(flights):
             on_flown(flights[flight], flight.result())

@@ -2,13 +2,13 @@
 
 import shutil
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+from concurrent.futures import as_completed
 from pathlib import Path
 
 from schemas.settings import Settings
 from station.biases.recorded_hover import SETTLED_AFTER_S
 from station.director import FlightPlan
+from station.experiment.flight_pool import flight_pool
 from station.experiment.hover_director import HoverDirector
 from station.experiment.hover_plan import HoverPlace, hover_settings
 from station.lockstep_flight import fly_lockstep
@@ -54,8 +54,7 @@ def fly_hovers(
         for number, (place, path) in enumerate(zip(places, folders, strict=True))
         if not path.exists()
     }
-    # A fresh interpreter each: a forked one would share OpenCV's threads, which do not survive a fork.
-    with ProcessPoolExecutor(max(1, min(jobs, len(wanted))), mp_context=get_context("spawn")) as pool:
+    with flight_pool(min(jobs, len(wanted))) as pool:
         flights = [pool.submit(_fly, settings, samples, path) for path, settings in wanted.items()]
         for done, flight in enumerate(as_completed(flights), start=len(folders) - len(wanted) + 1):
             flight.result()
