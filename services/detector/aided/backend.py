@@ -46,9 +46,9 @@ _UNKNOWN_TILT_RAD = math.radians(12.0)
 _HIGH_SIGMAS = 2.0
 _LEAST_TILT_RAD = math.radians(1.0)
 _NOMINAL_FOCAL_WIDTHS = 0.9
-_EDGES_FROM_SHRINK = 8
-"""A fit to a picture made smaller than this by half or more errs by its pixels: by 0.08 px at 2 m, by 0.3 at 1 m, where it claims 0.2. The marker's edges, followed in
-the picture itself from where the fit has them, are right to 0.025 px on all of 1200 rendered pads from 0.85 m to 5 m."""
+_EDGES_FROM_SHRINK = 4
+"""A fit to a picture made smaller than this by half or more errs by its pixels: by 0.05 px at 2 m, by 0.13 at 1 m. The marker's edges, followed in the picture
+itself from where the fit has them, are right to 0.025 px on all of 1200 rendered pads from 0.85 m to 5 m."""
 _LARGEST_CORRECTION_PX = 2.5
 
 

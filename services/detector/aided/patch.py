@@ -14,9 +14,10 @@ Array = NDArray[np.float64]
 
 QUIET_CELLS = 1.0
 """How much of the board beside the marker is compared."""
-_LARGEST_SIDE_PX = 28.0
-_FEWEST_PIXELS, _MOST_PIXELS = 40, 700
-"""Of more pixels, every second, third, ... is taken."""
+_LARGEST_SIDE_PX = 42.0
+_FEWEST_PIXELS, _MOST_PIXELS = 40, 1400
+"""Of more pixels, every second, third, ... is taken. Half of the side and of the pixels would save a tenth of the time of following a pad, and make the
+distance of one at 10 m, seen from aside, scatter by 0.6 cm from frame to frame instead of 0.3."""
 
 
 @dataclass(frozen=True)

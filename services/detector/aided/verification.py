@@ -29,7 +29,7 @@ LARGEST_CELL_ERROR = 0.55
 LARGEST_FAINT_CELL_ERROR = 0.35
 """The same for a code that stands out so little. Those pads reach 0.23."""
 
-LARGEST_CORNER_SIGMA_PX = 2.5
+LARGEST_CORNER_SIGMA_PX = 1.5
 """Of a pad so near that much of it is out of the picture the far corners are made up. Below 0.5 m, with a corner sigma of 8 px, one fix of 65 descents
 was 4.7 cm off."""
 
