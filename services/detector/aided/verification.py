@@ -30,8 +30,8 @@ LARGEST_FAINT_CELL_ERROR = 0.35
 """The same for a code that stands out so little. Those pads reach 0.23."""
 
 LARGEST_CORNER_SIGMA_PX = 1.5
-"""Of a pad so near that much of it is out of the picture the far corners are made up. Below 0.5 m, with a corner sigma of 8 px, one fix of 65 descents
-was 4.7 cm off."""
+"""Of a pad so near that much of it is out of the picture the far corners are made up. Below 0.5 m one fix of 65 descents
+was 4.7 cm off, of a pad whose corners claimed 3 px before the claims of such fits were raised, see `alignment`."""
 
 _CELL_SIGMA = 0.35
 _LEAST_SIDE_PX = 5.5
