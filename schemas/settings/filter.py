@@ -33,7 +33,8 @@ class Kalman(Section):
     recover_fixes: int = Field(default=10, ge=2, le=1000)
     """So many refused fixes in a row that agree with each other take the estimate's place."""
     position_noise_m: Standard = 0.01
-    """Quick error of the vehicle's position, new in each fix, each axis, metres: the solution's noise and its last digit on the link."""
+    """Quick error of the vehicle's position, new in each fix, each axis, metres, at most: the solution's noise and its last digit on the link.
+    How much less it is, the filter learns from the fixes."""
     wander_m: Standard = 0.01
     """How far the navigation solution walks at random within a second, each axis, metres."""
     restless_m: Standard = 0.3

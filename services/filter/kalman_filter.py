@@ -101,12 +101,11 @@ class KalmanFilter:
         except ValueError:
             return None
         here = frame.continuous(vehicle.position, vehicle.at_ns)
-        noise2 = self._kalman.position_noise_m**2
         return Filtered(
             position=position,
             pad_ned_m=_vector(place - here),
             azimuth_rad=track.azimuth_rad,
-            covariance_ned_m2=covariance + noise2 * np.eye(3),
+            covariance_ned_m2=covariance + track.quick_m2 * np.eye(3),
             azimuth_variance_rad2=azimuth_variance,
             fixes_used=track.fixes,
             velocity_ned_mps=track.drift_mps,
@@ -125,10 +124,12 @@ class KalmanFilter:
             return self._start(sighting)
         innovation = self._learnt(track, sighting, track.innovation(sighting))
         if not innovation.nis <= self._limit:
+            track.learn(innovation)
             return self._challenge(sighting, innovation)
         self._challenger = None
         self._remember(before, sighting)
         attempt = self._fuse(track, sighting, innovation)
+        track.learn(innovation)
         self._keep_near()
         return attempt
 
@@ -231,10 +232,13 @@ class KalmanFilter:
         self._past = deque(kept, maxlen=_MOST_REMEMBERED)
         self._past.append(_Step(later[0].before, sighting))
         track.fuse(sighting, innovation)
+        track.learn(innovation)
         for step in later:
             self._past.append(_Step(track.copy(), step.sighting))
             track.predict(step.sighting.captured_at_ns)
-            track.fuse(step.sighting, track.innovation(step.sighting))
+            again = track.innovation(step.sighting)
+            track.fuse(step.sighting, again)
+            track.learn(again)
         self._track = track
         return _attempt(FusionVerdict.FUSED, innovation)
 

@@ -22,6 +22,7 @@ from alight.runtime.clock import seconds
 from schemas.message import Vector3
 from schemas.settings.filter import Kalman
 from services.filter.pad_motion import DRIFT, PLACE, SHARED, SIZE, PadMotion
+from services.filter.quick_noise import QuickNoise
 from services.filter.sighting import Sighting
 
 Array = NDArray[np.float64]
@@ -55,11 +56,11 @@ class PadTrack:
     def __init__(self, sighting: Sighting, settings: Kalman, motion: PadMotion) -> None:
         """Begin at a sighting."""
         self._motion = motion
-        self._q_noise = settings.position_noise_m**2
+        self._quick_noise = QuickNoise(settings.position_noise_m**2)
         C = sighting.H[:, SHARED]
         x, P = np.zeros(SIZE), np.zeros((SIZE, SIZE))
         x[PLACE] = sighting.place_m
-        P[PLACE, PLACE] = sighting.noise_m2 + self._q_noise * _EYE3 + C @ C.T
+        P[PLACE, PLACE] = sighting.noise_m2 + self._quick_noise.most_m2 * _EYE3 + C @ C.T
         P[PLACE, SHARED], P[SHARED, PLACE] = -C, -C.T
         P[SHARED, SHARED] = np.eye(SIZE - 6)
         P[DRIFT, DRIFT] = np.diag(motion.rate_variances)
@@ -125,9 +126,14 @@ class PadTrack:
         """With the heading's own error, which the fixes share."""
         return self._azimuth_variance + self._heading2
 
+    @property
+    def quick_m2(self) -> float:
+        """Variance of the quick error of the vehicle's coordinates, each axis, m^2."""
+        return self._quick_noise.variance_m2
+
     def innovation(self, sighting: Sighting) -> Innovation:
         """What a sighting at the track's time says that was not expected."""
-        H, q = sighting.H, self._q_noise
+        H, q = sighting.H, self.quick_m2
         PHt = self._P @ H.T
         (snn, _, _), (sen, see, _), (sdn, sde, sdd) = (H @ PHt + sighting.noise_m2).tolist()
         xn, xe, xd = (H @ self._x).tolist()
@@ -151,7 +157,7 @@ class PadTrack:
             The vehicle's coordinates at that moment are wrong by their quick noise q, which the fix shares: what is wanted is the
             place plus q, whose covariance with the whitened innovation is W below.
         """
-        gain, white, q = innovation.gain_m, innovation.white, self._q_noise
+        gain, white, q = innovation.gain_m, innovation.white, self.quick_m2
         W = gain[PLACE] + q * innovation.whitener
         covariance = self._P[PLACE, PLACE] + q * _EYE3 - W @ W.T
         n, e, d = (self._x[PLACE] + W @ white - sighting.place_m).tolist()
@@ -163,6 +169,10 @@ class PadTrack:
         self._heading2 = sighting.heading_rad**2
         self.fixes += 1
         return (n, e, d), covariance
+
+    def learn(self, innovation: Innovation) -> None:
+        """Let an innovation say, whether its sighting is taken or not, how large the quick error of the vehicle's coordinates is."""
+        self._quick_noise = self._quick_noise.after(innovation.away_m, innovation.variances_m2)
 
     def blur(self, sigma_m: float) -> None:
         """The coordinates have become uncertain by so much more, each axis, metres."""
