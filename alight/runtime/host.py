@@ -2,7 +2,7 @@
 
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -69,24 +69,26 @@ class NodeHost:
         self.health.accepted(topic, now_ns)
         return Arrival(topic, message, received_at_ns, now_ns, pixels)
 
-    def handle(self, arrival: Arrival[Any]) -> list[Output]:
-        """Let the node take a message."""
+    # These give the outputs one by one, as the node makes them: what it says first leaves before it goes on. Exhaust them.
+
+    def handle(self, arrival: Arrival[Any]) -> Iterator[Output]:
+        """Let the node take a message. It is written down last: nobody waits for that."""
+        yield from self._guarded(lambda: self.node.on_message(arrival))
         self.journal.message(arrival)
-        return self._guarded(lambda: self.node.on_message(arrival))
 
-    def tick(self, now_ns: int) -> list[Output]:
+    def tick(self, now_ns: int) -> Iterator[Output]:
         """Let the node do what is due."""
+        yield from self._guarded(lambda: self.node.on_tick(now_ns))
         self.journal.tick(now_ns)
-        return self._guarded(lambda: self.node.on_tick(now_ns))
 
-    def take_bytes(self, port: str, data: bytes, now_ns: int) -> list[Output]:
+    def take_bytes(self, port: str, data: bytes, now_ns: int) -> Iterator[Output]:
         """Let the node take bytes from a port."""
+        yield from self._guarded(lambda: self.node.on_bytes(port, data, now_ns))
         self.journal.bytes(port, data, now_ns)
-        return self._guarded(lambda: self.node.on_bytes(port, data, now_ns))
 
-    def stop(self, now_ns: int) -> list[Output]:
+    def stop(self, now_ns: int) -> Iterator[Output]:
         """The node's last words."""
-        return self._guarded(lambda: self.node.on_stop(now_ns))
+        yield from self._guarded(lambda: self.node.on_stop(now_ns))
 
     def stamped(self, publication: Publication, cause: Arrival[Any] | None, now_ns: int) -> Message:
         """The message as it leaves: with this service's hop, and counted.
@@ -115,19 +117,20 @@ class NodeHost:
         self.health.refused(topic, error.refusal)
         LOGGER.warning("input refused", extra={"topic": topic.name, "detail": str(error)})
 
-    def _guarded(self, call: Callable[[], Outputs]) -> list[Output]:
-        began_ns = time.perf_counter_ns()
+    def _guarded(self, call: Callable[[], Outputs]) -> Iterator[Output]:
+        spent_ns, began_ns = 0, time.perf_counter_ns()
         try:
-            outputs: list[Output] = list(call())
+            for output in call():
+                spent_ns += time.perf_counter_ns() - began_ns
+                yield output
+                began_ns = time.perf_counter_ns()
         except Exception:
             if self._strict:
                 raise
             self.health.handler_failed()
             LOGGER.exception("handler failed", extra={"service": self.node.service})
-            outputs = []
         if not self._strict:  # in lockstep the machine's speed must leave no trace
-            self.health.handled(time.perf_counter_ns() - began_ns)
-        return outputs
+            self.health.handled(spent_ns + time.perf_counter_ns() - began_ns)
 
 
 def _pixels_of(header: FrameHeader, payload: bytes) -> NDArray[np.uint8]:

@@ -8,7 +8,7 @@ import heapq
 import os
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from alight.runtime.bus import Bus
@@ -114,7 +114,7 @@ class LiveRunner:
         if arrival is not None:
             self._carry(self._host.handle(arrival), arrival)
 
-    def _carry(self, outputs: Sequence[Output], cause: Arrival[Any] | None) -> None:
+    def _carry(self, outputs: Iterable[Output], cause: Arrival[Any] | None) -> None:
         """Send what may leave now. What has a time of release goes through the heap, so that it leaves in that order."""
         for output in outputs:
             if output.release_at_ns is None:

@@ -5,7 +5,7 @@ times, by the order in which they were made. Nothing depends on the wall clock o
 """
 
 import heapq
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any
 
@@ -108,7 +108,7 @@ class Lockstep:
         self._carry(host, host.journal.rest(now_ns), None)
         self._at(now_ns + JOURNAL_PERIOD_NS, partial(self._write_journal, host))
 
-    def _carry(self, host: NodeHost, outputs: Sequence[Output], cause: Arrival[Any] | None) -> None:
+    def _carry(self, host: NodeHost, outputs: Iterable[Output], cause: Arrival[Any] | None) -> None:
         processing_s = self._settings.lockstep.processing_s.get(host.node.service, 0.0) if cause else 0.0
         ready_ns = self.clock.now_ns() + nanoseconds(processing_s)
         for output in outputs:

@@ -145,8 +145,10 @@ class Mission:
             funnel_closed_for_s=self._hands.funnel_closed_for_s(now_ns),
             holds=self._holds,
         )
-        recovering = self._recovering and self.phase is Phase.ACQUIRE and situation.failsafe_active
-        return replace(situation, recovering=recovering and phase_age_s <= self._settings.mode_patience_s)
+        patient = phase_age_s <= self._settings.mode_patience_s
+        if self._recovering and self.phase is Phase.ACQUIRE and situation.failsafe_active and patient:
+            return replace(situation, recovering=True)
+        return situation
 
     def status(self, at_ns: int) -> MissionStatus:
         """What is being done and why."""

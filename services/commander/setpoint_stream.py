@@ -15,6 +15,7 @@ class SetpointStream:
         self._period_ns = nanoseconds(period_s)
         self._last_ns: int | None = None
         self._pauses: deque[tuple[int, float]] = deque()
+        """When each ended, and how long it was: those that none since was as long as, so that the first is the longest."""
 
     def begin(self) -> None:
         """A new stream: the pause before it does not count."""
@@ -28,7 +29,10 @@ class SetpointStream:
     def sent(self, now_ns: int) -> None:
         """Note that one goes out."""
         if self._last_ns is not None:
-            self._pauses.append((now_ns, seconds(now_ns - self._last_ns)))
+            pause_s = seconds(now_ns - self._last_ns)
+            while self._pauses and self._pauses[-1][1] <= pause_s:
+                self._pauses.pop()
+            self._pauses.append((now_ns, pause_s))
         self._last_ns = now_ns
         while self._pauses and self._pauses[0][0] < now_ns - REMEMBERED_NS:
             self._pauses.popleft()
@@ -36,4 +40,4 @@ class SetpointStream:
     def longest_pause_s(self, now_ns: int) -> float:
         """The longest pause of late, the present one included, seconds."""
         present_s = 0.0 if self._last_ns is None else seconds(now_ns - self._last_ns)
-        return max([present_s, *(pause_s for _, pause_s in self._pauses)])
+        return max(present_s, self._pauses[0][1]) if self._pauses else present_s

@@ -6,7 +6,7 @@ import select
 import signal
 import socket
 import subprocess
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from alight.runtime.clock import NS_PER_S, WallClock
@@ -100,7 +100,7 @@ class WallStage:
                 self._ticks[host.node.service] = self.now_ns()
                 self._carry(host, host.tick(self.now_ns()), None)
 
-    def _carry(self, host: NodeHost, outputs: Sequence[Output], cause: object) -> None:
+    def _carry(self, host: NodeHost, outputs: Iterable[Output], cause: object) -> None:
         for output in outputs:
             if not isinstance(output, Publication):
                 if self._peer is not None:
