@@ -8,6 +8,7 @@ from pathlib import Path
 
 from alight.runtime.bus import Bus
 from alight.runtime.live import LiveRunner
+from alight.runtime.wakefulness import kept_awake
 from schemas.settings import Settings
 from schemas.settings.bus import BusSettings
 from station.ctrl_c import CtrlC, ctrl_c_noted
@@ -70,7 +71,7 @@ def fly_live(
     thread = threading.Thread(target=runner.run, daemon=True)
     supervisor = Supervisor(settings_file, log_directory, settings.process.real_time)
     outcome = LiveOutcome(incidents=supervisor.incidents)
-    with ctrl_c_noted() as asked:
+    with ctrl_c_noted() as asked, kept_awake(wanted=settings.process.awake != "never"):
         try:
             _start(supervisor, services, bus, asked)
             thread.start()

@@ -9,7 +9,7 @@ import os
 import threading
 import time
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from alight.runtime.bus import Bus
 from alight.runtime.clock import NS_PER_S, WallClock, nanoseconds, seconds
@@ -28,6 +28,16 @@ IDLE_S = 0.2
 """The loop looks at the stop flag at least this often."""
 
 
+class _Due(NamedTuple):
+    """What is kept back until its time, ready to leave."""
+
+    at_ns: int
+    number: int
+    output: Output
+    cause: Arrival[Any] | None
+    pixels: bytes | None
+
+
 class LiveRunner:
     """Runs a node until told to stop."""
 
@@ -42,7 +52,7 @@ class LiveRunner:
         self._settings = settings
         self._host = NodeHost(node, settings.bus, self._clock, pid=os.getpid(), strict=False)
         self._mailbox = Mailbox(on_drop=self._host.health.dropped, frames=node.frames_waiting)
-        self._due: list[tuple[int, int, Output, Arrival[Any] | None]] = []
+        self._due: list[_Due] = []
         self._made = 0
         self._stop = threading.Event()
         self._ports = dict(ports)
@@ -68,7 +78,7 @@ class LiveRunner:
         while not self._stop.is_set():
             wake_ns = min(next_health_ns, next_tick_ns if period_ns else next_health_ns)
             if self._due:
-                wake_ns = min(wake_ns, self._due[0][0])
+                wake_ns = min(wake_ns, self._due[0].at_ns)
             self._take_one(seconds(wake_ns - self._clock.now_ns()))
             now_ns = self._clock.now_ns()
             self._release(now_ns)
@@ -118,26 +128,29 @@ class LiveRunner:
         """Send what may leave now. What has a time of release goes through the heap, so that it leaves in that order."""
         for output in outputs:
             if output.release_at_ns is None:
-                self._emit(output, cause)
+                self._emit(output, cause, _pixels_of(output))
             else:
-                heapq.heappush(self._due, (output.release_at_ns, self._made, output, cause))
+                heapq.heappush(self._due, _Due(output.release_at_ns, self._made, output, cause, _pixels_of(output)))
                 self._made += 1
         self._release(self._clock.now_ns())
 
     def _release(self, now_ns: int) -> None:
-        while self._due and self._due[0][0] <= now_ns:
-            _, _, output, cause = heapq.heappop(self._due)
-            self._emit(output, cause)
+        while self._due and self._due[0].at_ns <= now_ns:
+            due = heapq.heappop(self._due)
+            self._emit(due.output, due.cause, due.pixels)
 
-    def _emit(self, output: Output, cause: Arrival[Any] | None) -> None:
+    def _emit(self, output: Output, cause: Arrival[Any] | None, pixels: bytes | None) -> None:
         if isinstance(output, Transmission):
             port = self._ports.get(output.port)
             if port is not None:
                 port.send(output.data)
             return
         message = self._host.stamped(output, cause, self._clock.now_ns())
-        pixels = None if output.pixels is None else output.pixels.tobytes()
         self.bus.publish(output.topic, self._host.node.service, encode(output.topic, message, pixels))
+
+
+def _pixels_of(output: Output) -> bytes | None:
+    return output.pixels.tobytes() if isinstance(output, Publication) and output.pixels is not None else None
 
 
 def _next_due(due_ns: int, period_ns: int, now_ns: int) -> int:

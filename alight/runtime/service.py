@@ -17,6 +17,7 @@ from alight.runtime.logs import configure_logs
 from alight.runtime.port import PortError
 from alight.runtime.priority import prioritise
 from alight.runtime.settings_file import SettingsError, load_settings
+from alight.runtime.wakefulness import kept_awake
 
 LOGGER = logging.getLogger("alight")
 
@@ -61,7 +62,9 @@ def run_service(name: str, arguments: argparse.Namespace) -> int:
         threading.Thread(target=_watch_parent, args=(os.getppid(), runner), daemon=True).start()
     _favour_latency()
     LOGGER.info("service started", extra={"pid": os.getpid(), "vehicle": settings.vehicle, "priority": priority})
-    runner.run()
+    # Whoever supervises this process keeps the processors awake for all of them.
+    with kept_awake(wanted=settings.process.awake == "always" and not arguments.exit_with_parent):
+        runner.run()
     LOGGER.info("service stopped")
     return 0
 

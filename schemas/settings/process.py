@@ -1,5 +1,7 @@
 """How a service runs as a process of the operating system."""
 
+from typing import Literal
+
 from schemas.settings.section import Section
 
 
@@ -9,3 +11,7 @@ class ProcessSettings(Section):
     real_time: bool = True
     """Ask for real-time scheduling (SCHED_FIFO), so that other programs on the host do not make the landing wait. Needs the right
     to it (root, CAP_SYS_NICE, or `LimitRTPRIO=` in a systemd unit); without it the service runs as any other."""
+    awake: Literal["flight", "always", "never"] = "flight"
+    """When to keep the host's processors from sleeping, which makes every stage of a landing quicker and costs some watts: while
+    `alight fly` flies, or as long as a service runs (for `alight run` on an aircraft), or never. Needs the right to write to
+    /dev/cpu_dma_latency; where the kernel knows no sleep states (virtual machines), loops of the lowest priority do it."""

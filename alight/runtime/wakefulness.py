@@ -1,0 +1,102 @@
+"""Keeps the host's processors from falling asleep between two frames.
+
+A processor that has nothing to do sleeps, and a message that wakes it finds it slow: it comes late and its caches are empty; a
+virtual machine's has been lent to somebody else meanwhile. A landing sleeps and wakes a dozen times a frame on its way through the
+services. The kernel keeps processors in a light sleep for whoever holds `/dev/cpu_dma_latency` open; where it knows of no sleep
+states, as in most virtual machines, a loop of the lowest priority on each keeps it busy and gives way to everything else.
+"""
+
+import logging
+import os
+import struct
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+LOGGER = logging.getLogger("alight")
+
+LATENCY_US = 10
+"""How long a processor may take to wake up: sleep from which caches come back as they were."""
+MOST_LOOPS = 8
+"""A host with more processors than this has others than us to serve."""
+
+_LATENCY_DEVICE = Path("/dev/cpu_dma_latency")
+_SLEEP_DRIVER = Path("/sys/devices/system/cpu/cpuidle/current_driver")
+_CGROUPS = Path("/sys/fs/cgroup")
+
+
+@contextmanager
+def kept_awake(*, wanted: bool) -> Iterator[str]:
+    """While this is entered, the processors that this process may use do not sleep, as far as the host allows it.
+
+    Yields:
+        How, for people: `by the kernel`, `by 2 loops`, or `no: ` and the reason.
+    """
+    with ExitStack() as held:
+        how = _hold(held) if wanted else "no: not asked for"
+        LOGGER.info("processors kept awake", extra={"how": how})
+        yield how
+
+
+def _hold(held: ExitStack) -> str:
+    if _sleeps():
+        try:
+            device = held.enter_context(_LATENCY_DEVICE.open("wb", buffering=0))
+            device.write(struct.pack("i", LATENCY_US))
+        except OSError as error:
+            return f"no: {error.strerror or error} ({_LATENCY_DEVICE}; let this user write to it)"
+        return "by the kernel"
+    cpus = sorted(os.sched_getaffinity(0)) if hasattr(os, "SCHED_IDLE") else []
+    if not 0 < len(cpus) <= MOST_LOOPS:
+        return f"no: {len(cpus)} processors"
+    if has_quota(_CGROUPS):
+        return "no: this container's time is limited, and loops would use it up"
+    for cpu in cpus:
+        held.callback(_ended, _loop(cpu))
+    return f"by {len(cpus)} loops"
+
+
+def _sleeps() -> bool:
+    """Whether the kernel knows of sleep states."""
+    try:
+        return _SLEEP_DRIVER.read_text(encoding="ascii").strip() != "none"
+    except OSError:
+        return False
+
+
+def has_quota(cgroups: Path) -> bool:
+    """Whether the processor time of this process's control group, or of one around it, is limited.
+
+    Args:
+        cgroups: Where control groups are mounted.
+    """
+    try:
+        lines = Path("/proc/self/cgroup").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return False
+    paths = [line.split(":", 2)[2].strip("/") for line in lines]
+    for group in {cgroups / part / path for part in ("", "cpu") for path in paths}:
+        for folder in (group, *(parent for parent in group.parents if parent.is_relative_to(cgroups))):
+            if _is_limited(folder / "cpu.max") or _is_limited(folder / "cpu.cfs_quota_us"):
+                return True
+    return False
+
+
+def _is_limited(file: Path) -> bool:
+    try:
+        return file.read_text(encoding="ascii").split()[0] not in ("max", "-1")
+    except (OSError, IndexError):
+        return False
+
+
+def _loop(cpu: int) -> subprocess.Popen[bytes]:
+    command = [sys.executable, "-m", "alight.runtime.idle_loop", str(cpu), str(os.getpid())]
+    # In a session of its own: the kernel weighs sessions, and its must weigh nothing (see idle_loop).
+    return subprocess.Popen(command, stdin=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+
+
+def _ended(process: subprocess.Popen[bytes]) -> None:
+    process.kill()
+    process.wait()

@@ -1,0 +1,89 @@
+"""Processors are kept awake for as long as somebody flies, by what gives way to everything else."""
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from alight.runtime.wakefulness import has_quota, kept_awake
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "SCHED_IDLE"), reason="no such scheduling on this system")
+
+
+def loops_of(parent: int) -> list[int]:
+    """Process ids of the loops that a process has started."""
+    children = Path(f"/proc/{parent}/task/{parent}/children").read_text().split()
+    return [int(pid) for pid in children if b"idle_loop" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+
+
+def becomes_true(condition: Callable[[], bool], patience_s: float = 60.0) -> bool:
+    deadline_s = time.monotonic() + patience_s
+    while not condition() and time.monotonic() < deadline_s:
+        time.sleep(0.02)
+    return condition()
+
+
+def is_alive(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def test_nothing_is_kept_awake_that_need_not_be() -> None:
+    with kept_awake(wanted=False) as how:
+        assert how.startswith("no") and loops_of(os.getpid()) == []
+
+
+def test_a_host_is_kept_awake_or_says_why_not_and_nothing_stays_behind() -> None:
+    with kept_awake(wanted=True) as how:
+        assert how == "by the kernel" or how.startswith("no: ") or how.endswith("loops")
+        wanted = int(how.split()[1]) if how.endswith("loops") else 0
+        assert becomes_true(lambda: len(loops_of(os.getpid())) == wanted)
+        loops = loops_of(os.getpid())
+        for pid in loops:
+            assert becomes_true(lambda pid=pid: os.sched_getscheduler(pid) == os.SCHED_IDLE)  # type: ignore[misc]
+            assert becomes_true(lambda pid=pid: len(os.sched_getaffinity(pid)) == 1)  # type: ignore[misc]
+    assert not any(is_alive(pid) for pid in loops)
+
+
+def test_a_loop_ends_with_its_parent_however_that_ends() -> None:
+    code = (
+        "import os, subprocess, sys\n"
+        "loop = subprocess.Popen([sys.executable, '-m', 'alight.runtime.idle_loop', str(min(os.sched_getaffinity(0))), str(os.getpid())])\n"
+        "print(loop.pid, flush=True)\n"
+        "sys.stdin.read()\n"
+    )
+    parent = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    assert parent.stdout is not None
+    loop = int(parent.stdout.readline())
+    assert becomes_true(lambda: os.sched_getscheduler(loop) == os.SCHED_IDLE)
+    assert is_alive(loop)
+    parent.kill()
+    parent.communicate()
+    assert becomes_true(lambda: not is_alive(loop))
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "limited"),
+    [
+        ("cpu.max", "max 100000", False),
+        ("cpu.max", "200000 100000", True),
+        ("cpu/cpu.cfs_quota_us", "-1", False),
+        ("cpu/cpu.cfs_quota_us", "150000", True),
+    ],
+)
+def test_where_a_container_may_use_only_so_much_time_no_loop_may_use_it_up(
+    tmp_path: Path, file: str, text: str, limited: bool
+) -> None:
+    (tmp_path / file).parent.mkdir(exist_ok=True)
+    (tmp_path / file).write_text(f"{text}\n")
+    assert has_quota(tmp_path) is limited
+
+
+def test_a_host_without_limits_has_none(tmp_path: Path) -> None:
+    assert not has_quota(tmp_path)
