@@ -6,6 +6,7 @@ The encoding names the message and the version of the schemas, so a reader knows
 
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cache
 from typing import Any, TypeVar
 
 from pydantic import ValidationError
@@ -50,6 +51,7 @@ class WireMessage:
     encoding: str
 
 
+@cache
 def encoding_of(topic: Topic[Any]) -> str:
     """The Zenoh encoding of a topic's messages, such as `application/json;alight.PadFix.v2`."""
     kind = "application/octet-stream" if topic.has_pixels else "application/json"

@@ -41,7 +41,7 @@ class Admission:
             self._check_order(topic, message)
 
     def _check_order(self, topic: Topic[Any], message: Message) -> None:
-        lane = f"{topic.name}/{message.service}" if hasattr(message, "service") else topic.name
+        lane = f"{topic.name}/{getattr(message, 'service', '')}" if topic.per_service else topic.name
         newest_ns = self._newest_ns.get(lane, -1)
         if message.stamp_ns <= newest_ns:
             behind_s = seconds(newest_ns - message.stamp_ns)

@@ -73,9 +73,17 @@ class Bus:
         key = alive_key(self._vehicle, "*")
         self._held.append(self._session.liveliness().declare_subscriber(key, on_sample, history=True))
 
-    def publish(self, topic: Topic[Any], service: str, wire: WireMessage) -> None:
-        """Send one message."""
-        self._publisher(topic, service).put(wire.payload, attachment=wire.attachment)
+    def publish(self, topic: Topic[Any], service: str, wire: WireMessage, held: Any = None) -> None:
+        """Send one message.
+
+        Args:
+            topic: Where.
+            service: Whose.
+            wire: The message.
+            held: Its payload in shared memory, if it is there (see `FrameMemory`).
+        """
+        payload = wire.payload if held is None else held
+        self._publisher(topic, service).put(payload, attachment=wire.attachment)
 
     def is_heard(self, topic: Topic[Any], service: str) -> bool:
         """Whether anybody listens to what a service publishes on a topic."""

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from alight.runtime.bus import Bus
 from alight.runtime.clock import NS_PER_S, WallClock, nanoseconds, seconds
 from alight.runtime.clock_questions import ClockQuestions
+from alight.runtime.frame_memory import FrameMemory
 from alight.runtime.host import NodeHost
 from alight.runtime.mailbox import Letter, Mailbox
 from alight.runtime.node import Arrival, Node, Output, Publication, Transmission
@@ -28,6 +29,13 @@ IDLE_S = 0.2
 """The loop looks at the stop flag at least this often."""
 
 
+class _Pixels(NamedTuple):
+    """A picture, and the same as it travels."""
+
+    plain: bytes
+    held: Any
+
+
 class _Due(NamedTuple):
     """What is kept back until its time, ready to leave."""
 
@@ -35,7 +43,7 @@ class _Due(NamedTuple):
     number: int
     output: Output
     cause: Arrival[Any] | None
-    pixels: bytes | None
+    pixels: _Pixels | None
 
 
 class LiveRunner:
@@ -54,6 +62,7 @@ class LiveRunner:
         self._mailbox = Mailbox(on_drop=self._host.health.dropped, frames=node.frames_waiting)
         self._due: list[_Due] = []
         self._made = 0
+        self._memory = FrameMemory(wanted=settings.bus.shared_memory)
         self._stop = threading.Event()
         self._ports = dict(ports)
         for name, port in self._ports.items():
@@ -128,9 +137,11 @@ class LiveRunner:
         """Send what may leave now. What has a time of release goes through the heap, so that it leaves in that order."""
         for output in outputs:
             if output.release_at_ns is None:
-                self._emit(output, cause, _pixels_of(output))
+                self._emit(output, cause, self._pixels_of(output))
             else:
-                heapq.heappush(self._due, _Due(output.release_at_ns, self._made, output, cause, _pixels_of(output)))
+                heapq.heappush(
+                    self._due, _Due(output.release_at_ns, self._made, output, cause, self._pixels_of(output))
+                )
                 self._made += 1
         self._release(self._clock.now_ns())
 
@@ -139,18 +150,21 @@ class LiveRunner:
             due = heapq.heappop(self._due)
             self._emit(due.output, due.cause, due.pixels)
 
-    def _emit(self, output: Output, cause: Arrival[Any] | None, pixels: bytes | None) -> None:
+    def _pixels_of(self, output: Output) -> _Pixels | None:
+        if isinstance(output, Transmission) or output.pixels is None:
+            return None
+        plain = output.pixels.tobytes()
+        return _Pixels(plain, self._memory.held(plain))
+
+    def _emit(self, output: Output, cause: Arrival[Any] | None, pixels: _Pixels | None) -> None:
         if isinstance(output, Transmission):
             port = self._ports.get(output.port)
             if port is not None:
                 port.send(output.data)
             return
         message = self._host.stamped(output, cause, self._clock.now_ns())
-        self.bus.publish(output.topic, self._host.node.service, encode(output.topic, message, pixels))
-
-
-def _pixels_of(output: Output) -> bytes | None:
-    return output.pixels.tobytes() if isinstance(output, Publication) and output.pixels is not None else None
+        plain, held = pixels or (None, None)
+        self.bus.publish(output.topic, self._host.node.service, encode(output.topic, message, plain), held)
 
 
 def _next_due(due_ns: int, period_ns: int, now_ns: int) -> int:
