@@ -35,8 +35,10 @@ def kept_awake(*, wanted: bool) -> Iterator[str]:
         How, for people: `by the kernel`, `by 2 loops`, or `no: ` and the reason.
     """
     with ExitStack() as held:
-        how = _hold(held) if wanted else "no: not asked for"
-        LOGGER.info("processors kept awake", extra={"how": how})
+        how = "no: not wanted"
+        if wanted:
+            how = _hold(held)
+            LOGGER.info("processors kept awake", extra={"how": how})
         yield how
 
 
@@ -48,9 +50,11 @@ def _hold(held: ExitStack) -> str:
         except OSError as error:
             return f"no: {error.strerror or error} ({_LATENCY_DEVICE}; let this user write to it)"
         return "by the kernel"
-    cpus = sorted(os.sched_getaffinity(0)) if hasattr(os, "SCHED_IDLE") else []
-    if not 0 < len(cpus) <= MOST_LOOPS:
-        return f"no: {len(cpus)} processors"
+    if not hasattr(os, "SCHED_IDLE"):
+        return "no: not on this system"
+    cpus = sorted(os.sched_getaffinity(0))
+    if len(cpus) > MOST_LOOPS:
+        return f"no: {len(cpus)} processors are too many for loops"
     if has_quota(_CGROUPS):
         return "no: this container's time is limited, and loops would use it up"
     for cpu in cpus:
