@@ -3,6 +3,8 @@
 import socket
 import threading
 import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -19,6 +21,8 @@ from station.supervisor import Incident, Supervisor
 SETTLE_S = 1.0
 """Flown on after the end, so that the recording shows the vehicle at rest."""
 POLL_S = 0.05
+STARTING_S = 3.0
+"""Until then the services start and find each other, and need what time there is; from then on the processors are kept awake."""
 RECORDER_STARTS_S = 5.0
 """The other services wait so long for the recorder at most."""
 
@@ -71,11 +75,11 @@ def fly_live(
     thread = threading.Thread(target=runner.run, daemon=True)
     supervisor = Supervisor(settings_file, log_directory, settings.process.real_time)
     outcome = LiveOutcome(incidents=supervisor.incidents)
-    with ctrl_c_noted() as asked, kept_awake(wanted=settings.process.awake != "never"):
+    with ctrl_c_noted() as asked, ExitStack() as awake:
         try:
             _start(supervisor, services, bus, asked)
             thread.start()
-            _follow(director, supervisor, asked)
+            _follow(director, supervisor, asked, lambda: awake.enter_context(_awake(settings)))
             outcome.failure = director.failure
             _settle(supervisor, asked)
         except KeyboardInterrupt:
@@ -100,12 +104,20 @@ def _start(supervisor: Supervisor, services: tuple[str, ...], bus: Bus, asked: C
     supervisor.start(service for service in services if service != "recorder")
 
 
-def _follow(director: FlightDirector, supervisor: Supervisor, asked: CtrlC) -> None:
+def _awake(settings: Settings) -> AbstractContextManager[str]:
+    return kept_awake(wanted=settings.process.awake != "never")
+
+
+def _follow(director: FlightDirector, supervisor: Supervisor, asked: CtrlC, keep_awake: Callable[[], object]) -> None:
     progress = Progress(director)
     began_s = time.monotonic()
     told = 0
+    awake = False
     while not director.over:
         supervisor.watch()
+        if not awake and time.monotonic() - began_s > STARTING_S:
+            keep_awake()
+            awake = True
         for incident in supervisor.incidents[told:]:
             progress.say(f"!! {incident.service} {incident.cause}: starting it again")
         told = len(supervisor.incidents)

@@ -33,8 +33,8 @@ def test_a_live_flight_is_repeated_to_the_last_bit(recorded: Path) -> None:
     assert result.tolerances == "exact"
     for topic in (topics.DETECTION, topics.PAD_FIX, topics.PAD_ESTIMATE, topics.SETPOINT, topics.VEHICLE_STATE):
         count = result.counts[topic.name]
-        # A frame that the detector had and the recorder had not is rare, and said.
-        assert count.same + count.stand_in + count.uncovered == len(recording.of(topic))
+        # A frame that the detector had and the recorder had not is rare, and said; so is what a service said before it was found.
+        assert count.same + count.stand_in + count.uncovered >= len(recording.of(topic))
         assert count.same >= 0.95 * len(recording.of(topic)) > 0
 
 
