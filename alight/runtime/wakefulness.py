@@ -37,19 +37,21 @@ def kept_awake(*, wanted: bool) -> Iterator[str]:
     with ExitStack() as held:
         how = "no: not wanted"
         if wanted:
-            how = _hold(held)
+            how = _by_the_kernel(held) if _sleeps() else _by_loops(held)
             LOGGER.info("processors kept awake", extra={"how": how})
         yield how
 
 
-def _hold(held: ExitStack) -> str:
-    if _sleeps():
-        try:
-            device = held.enter_context(_LATENCY_DEVICE.open("wb", buffering=0))
-            device.write(struct.pack("i", LATENCY_US))
-        except OSError as error:
-            return f"no: {error.strerror or error} ({_LATENCY_DEVICE}; let this user write to it)"
-        return "by the kernel"
+def _by_the_kernel(held: ExitStack) -> str:
+    try:
+        device = held.enter_context(_LATENCY_DEVICE.open("wb", buffering=0))
+        device.write(struct.pack("i", LATENCY_US))
+    except OSError as error:
+        return f"no: {error.strerror or error} ({_LATENCY_DEVICE}; let this user write to it)"
+    return "by the kernel"
+
+
+def _by_loops(held: ExitStack) -> str:
     if not hasattr(os, "SCHED_IDLE"):
         return "no: not on this system"
     cpus = sorted(os.sched_getaffinity(0))
@@ -57,8 +59,11 @@ def _hold(held: ExitStack) -> str:
         return f"no: {len(cpus)} processors are too many for loops"
     if has_quota(_CGROUPS):
         return "no: this container's time is limited, and loops would use it up"
-    for cpu in cpus:
-        held.callback(_ended, _loop(cpu))
+    try:
+        for cpu in cpus:
+            held.callback(_ended, _loop(cpu))
+    except OSError as error:  # no process or no memory left: a flight does not end for want of a loop
+        return f"no: {error.strerror or error} (a loop could not be started)"
     return f"by {len(cpus)} loops"
 
 

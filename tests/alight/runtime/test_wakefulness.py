@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from alight.runtime import wakefulness
 from alight.runtime.wakefulness import has_quota, kept_awake
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "SCHED_IDLE"), reason="no such scheduling on this system")
@@ -49,6 +50,20 @@ def test_a_host_is_kept_awake_or_says_why_not_and_nothing_stays_behind() -> None
             assert becomes_true(lambda pid=pid: os.sched_getscheduler(pid) == os.SCHED_IDLE)  # type: ignore[misc]
             assert becomes_true(lambda pid=pid: len(os.sched_getaffinity(pid)) == 1)  # type: ignore[misc]
     assert not any(is_alive(pid) for pid in loops)
+
+
+def test_a_host_that_has_no_process_left_does_not_end_the_flight(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def none_left(*_: object, **__: object) -> None:
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+
+    monkeypatch.setattr(wakefulness, "_SLEEP_DRIVER", tmp_path / "none")
+    monkeypatch.setattr(wakefulness, "_CGROUPS", tmp_path)
+    monkeypatch.setattr(wakefulness, "MOST_LOOPS", 10_000)
+    monkeypatch.setattr(wakefulness.subprocess, "Popen", none_left)
+    with kept_awake(wanted=True) as how:
+        assert how.startswith("no: Resource temporarily unavailable")
 
 
 def test_a_loop_ends_with_its_parent_however_that_ends() -> None:
