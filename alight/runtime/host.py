@@ -88,7 +88,7 @@ class NodeHost:
 
     def stop(self, now_ns: int) -> Iterator[Output]:
         """The node's last words."""
-        yield from self._guarded(lambda: self.node.on_stop(now_ns))
+        return self._guarded(lambda: self.node.on_stop(now_ns))
 
     def stamped(self, publication: Publication, cause: Arrival[Any] | None, now_ns: int) -> Message:
         """The message as it leaves: with this service's hop, and counted.

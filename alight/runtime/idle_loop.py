@@ -1,6 +1,7 @@
 """`python -m alight.runtime.idle_loop CPU PARENT`: keeps one processor busy with nothing, and gives way to everything.
 
-It runs only where it is sure to give way, and only as long as its parent lives.
+Real-time processes take the processor from it at once, others by their weight, which is 68 times its own where the kernel shares
+its time among sessions. It ends where it cannot make itself so light, and with its parent.
 """
 
 import errno
