@@ -10,6 +10,9 @@ import sys
 import time
 from pathlib import Path
 
+AUTOGROUP = Path("/proc/self/autogroup")
+"""Where a process says what its session weighs; not there where the kernel does not weigh sessions."""
+
 _LIGHTEST = "19"
 _ROUNDS = 20_000
 """About a millisecond between two looks at whether the parent lives."""
@@ -21,7 +24,7 @@ def main(cpu: int, parent: int) -> int:
     """Loop until the parent is gone; the exit status is 1 where this would stand in somebody's way."""
     os.sched_setaffinity(0, {cpu})
     os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
-    if not _weigh_nothing(Path("/proc/self/autogroup")):
+    if not _weigh_nothing(AUTOGROUP):
         return 1
     while os.getppid() == parent:
         for _ in range(_ROUNDS):

@@ -44,6 +44,19 @@ def hasten(pid: int, service: str) -> None:
     _schedule(pid, service)
 
 
+def may_run_in_real_time() -> bool:
+    """Whether this process has the right to real-time scheduling; it is tried, since rights to it come by many ways."""
+    if not hasattr(os, "sched_setscheduler"):
+        return False
+    policy, parameters = os.sched_getscheduler(0), os.sched_getparam(0)
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(os.sched_get_priority_min(os.SCHED_FIFO)))
+    except OSError:
+        return False
+    os.sched_setscheduler(0, policy, parameters)
+    return True
+
+
 def _schedule(pid: int, service: str) -> bool:
     """Whether the process has the service's real-time priority now."""
     priority = REAL_TIME.get(service)

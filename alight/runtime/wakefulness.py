@@ -15,6 +15,9 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
+from alight.runtime.idle_loop import AUTOGROUP
+from alight.runtime.priority import may_run_in_real_time
+
 LOGGER = logging.getLogger("alight")
 
 LATENCY_US = 10
@@ -52,19 +55,32 @@ def _by_the_kernel(held: ExitStack) -> str:
 
 
 def _by_loops(held: ExitStack) -> str:
-    if not hasattr(os, "SCHED_IDLE"):
-        return "no: not on this system"
+    obstacle = _obstacle_to_loops()
+    if obstacle:
+        return f"no: {obstacle}"
     cpus = sorted(os.sched_getaffinity(0))
-    if len(cpus) > MOST_LOOPS:
-        return f"no: {len(cpus)} processors are too many for loops"
-    if has_quota(_CGROUPS):
-        return "no: this container's time is limited, and loops would use it up"
     try:
         for cpu in cpus:
             held.callback(_ended, _loop(cpu))
     except OSError as error:  # no process or no memory left: a flight does not end for want of a loop
         return f"no: {error.strerror or error} (a loop could not be started)"
     return f"by {len(cpus)} loops"
+
+
+def _obstacle_to_loops() -> str | None:
+    """Why loops would do no good here, or harm."""
+    if not hasattr(os, "SCHED_IDLE"):
+        return "not on this system"
+    cpus = len(os.sched_getaffinity(0))
+    if cpus > MOST_LOOPS:
+        return f"{cpus} processors are too many for loops"
+    if has_quota(_CGROUPS):
+        return "this container's time is limited, and loops would use it up"
+    if not may_run_in_real_time():
+        return "without the right to real-time scheduling the services would have to wait for loops"
+    if AUTOGROUP.exists() and not os.access(AUTOGROUP, os.W_OK):
+        return f"loops would take a share of the time for themselves ({AUTOGROUP} is not to be written to)"
+    return None
 
 
 def _sleeps() -> bool:

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from alight.runtime.priority import IN_THE_BACKGROUND, REAL_TIME, hasten, prioritise
+from alight.runtime.priority import IN_THE_BACKGROUND, REAL_TIME, hasten, may_run_in_real_time, prioritise
 from schemas.topics import MISSION_SERVICES
 
 
@@ -17,6 +17,14 @@ def _outcome(service: str, real_time: bool, allowed: bool) -> tuple[str, int, in
         os.setgid(65534)
         os.setuid(65534)
     return prioritise(service, real_time=real_time), os.sched_getscheduler(0), os.nice(0)
+
+
+def _asked(allowed: bool) -> tuple[bool, int]:
+    """Whether a fresh process may run in real time, and its scheduling policy after it has asked."""
+    if not allowed and os.geteuid() == 0:
+        os.setgid(65534)
+        os.setuid(65534)
+    return may_run_in_real_time(), os.sched_getscheduler(0)
 
 
 def outcome(service: str, real_time: bool = True, allowed: bool = True) -> tuple[str, int, int]:
@@ -52,6 +60,13 @@ class TestOnLinux:
         child.communicate(b"\n")
         assert policy == os.SCHED_FIFO
         hasten(child.pid, "commander")  # gone: nothing happens
+
+    @pytest.mark.parametrize("allowed", [False, True])
+    def test_whoever_asks_for_the_right_to_it_stays_as_it_is(self, allowed: bool) -> None:
+        with multiprocessing.get_context("spawn").Pool(1) as pool:
+            may, policy = pool.apply(_asked, (allowed,))
+        assert policy == os.SCHED_OTHER
+        assert may is (allowed and may_be_real_time())
 
     def test_the_recorder_stands_back(self) -> None:
         said, policy, niceness = outcome("recorder")

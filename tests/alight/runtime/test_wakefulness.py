@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from alight.runtime import wakefulness
+from alight.runtime import idle_loop, wakefulness
 from alight.runtime.wakefulness import has_quota, kept_awake
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "SCHED_IDLE"), reason="no such scheduling on this system")
@@ -61,12 +61,22 @@ def test_a_host_that_has_no_process_left_does_not_end_the_flight(
     monkeypatch.setattr(wakefulness, "_SLEEP_DRIVER", tmp_path / "none")
     monkeypatch.setattr(wakefulness, "_CGROUPS", tmp_path)
     monkeypatch.setattr(wakefulness, "MOST_LOOPS", 10_000)
+    monkeypatch.setattr(wakefulness, "AUTOGROUP", tmp_path / "none")
+    monkeypatch.setattr(wakefulness, "may_run_in_real_time", lambda: True)
     monkeypatch.setattr(wakefulness.subprocess, "Popen", none_left)
     with kept_awake(wanted=True) as how:
         assert how.startswith("no: Resource temporarily unavailable")
 
 
+def may_weigh_nothing() -> bool:
+    """Whether this host lets a loop make itself light: one whose parent is gone already tries, and ends."""
+    probe = [sys.executable, "-m", "alight.runtime.idle_loop", str(min(os.sched_getaffinity(0))), "0"]
+    return subprocess.run(probe, start_new_session=True, check=False).returncode == 0
+
+
 def test_a_loop_ends_with_its_parent_however_that_ends() -> None:
+    if not may_weigh_nothing():
+        pytest.skip("no loop may run on this host: it could not give way to everything else")
     code = (
         "import os, subprocess, sys\n"
         "loop = subprocess.Popen([sys.executable, '-m', 'alight.runtime.idle_loop', str(min(os.sched_getaffinity(0))), str(os.getpid())])\n"
@@ -81,6 +91,28 @@ def test_a_loop_ends_with_its_parent_however_that_ends() -> None:
     parent.kill()
     parent.communicate()
     assert becomes_true(lambda: not is_alive(loop))
+
+
+def test_a_loop_that_cannot_make_itself_light_ends_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(idle_loop, "AUTOGROUP", tmp_path)  # a folder: nothing can be written to it
+    before = os.sched_getaffinity(0)
+    monkeypatch.setattr(idle_loop.os, "sched_setscheduler", lambda *_: None)
+    assert idle_loop.main(min(before), os.getppid()) == 1
+    os.sched_setaffinity(0, before)
+
+
+@pytest.mark.parametrize(("real_time", "reason"), [(False, "real-time"), (True, "share of the time")])
+def test_no_loop_is_started_that_would_be_in_the_way(
+    real_time: bool, reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(wakefulness, "_SLEEP_DRIVER", tmp_path / "none")
+    monkeypatch.setattr(wakefulness, "_CGROUPS", tmp_path)
+    monkeypatch.setattr(wakefulness, "MOST_LOOPS", 10_000)
+    monkeypatch.setattr(wakefulness, "AUTOGROUP", tmp_path)
+    monkeypatch.setattr(wakefulness.os, "access", lambda *_: False)  # root may write to anything
+    monkeypatch.setattr(wakefulness, "may_run_in_real_time", lambda: real_time)
+    with kept_awake(wanted=True) as how:
+        assert how.startswith("no: ") and reason in how and loops_of(os.getpid()) == []
 
 
 @pytest.mark.parametrize(
