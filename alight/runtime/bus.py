@@ -90,7 +90,11 @@ class Bus:
         return bool(self._publisher(topic, service).matching_status.matching)
 
     def subscribe(self, topic: Topic[Any], on_sample: OnSample) -> None:
-        """Hand every sample of a topic to `on_sample`, which must return at once: it runs on Zenoh's receiving thread."""
+        """Hand every sample of a topic to `on_sample`, which must return soon.
+
+        It runs on a thread that Zenoh starts for this subscription. While it is busy some 250 samples may wait; then the thread
+        that receives for all subscriptions waits, too.
+        """
 
         def forward(sample: zenoh.Sample) -> None:
             attachment = sample.attachment

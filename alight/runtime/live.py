@@ -1,7 +1,9 @@
 """One node in its own process: on Zenoh, on the wall clock, with ports to the outside.
 
-One thread runs the node. Zenoh's and the ports' threads only fill its mailbox, so a slow handler delays nobody's
-reception; what cannot wait is replaced by what is newer (frames).
+One thread at a time runs the node: whoever has the turn. Zenoh's and the ports' threads fill its mailbox, so a slow handler
+delays nobody's reception, and what cannot wait is replaced by what is newer (frames). The runner's own thread empties it.
+A message for a node whose handlers are short is not put there if nobody has the turn and nothing waits: the thread that
+received it takes the turn itself, which saves waking another. Zenoh gives each subscription a thread of its own.
 """
 
 import heapq
@@ -15,6 +17,7 @@ from alight.runtime.bus import Bus
 from alight.runtime.clock import NS_PER_S, WallClock, nanoseconds, seconds
 from alight.runtime.clock_questions import ClockQuestions
 from alight.runtime.frame_memory import FrameMemory
+from alight.runtime.garbage_collection import GarbageCollection
 from alight.runtime.host import NodeHost
 from alight.runtime.mailbox import Letter, Mailbox
 from alight.runtime.node import Arrival, Node, Output, Publication, Transmission
@@ -64,6 +67,10 @@ class LiveRunner:
         self._made = 0
         self._memory = FrameMemory(wanted=settings.bus.shared_memory)
         self._stop = threading.Event()
+        self._turn = threading.Lock()
+        self._failure: Exception | None = None
+        self._garbage = GarbageCollection()
+        self._next_tick_ns = self._next_health_ns = self._clock.now_ns()
         self._ports = dict(ports)
         for name, port in self._ports.items():
             port.open(lambda data, name=name: self._mailbox.put(Letter(self._clock.now_ns(), payload=data, port=name)))  # type: ignore[misc]
@@ -79,28 +86,47 @@ class LiveRunner:
         self._stop.set()
 
     def run(self) -> None:
-        """Run the node until `stop`, then let it say its last words."""
+        """Run the node until `stop`, then let it say its last words.
+
+        Raises:
+            Exception: What the bus or a port raised, whichever thread had the turn.
+        """
         self._clocks.start()
-        period_ns = self._host.node.tick_period_ns
-        next_tick_ns = self._clock.now_ns()
-        next_health_ns = next_tick_ns + nanoseconds(self._settings.bus.health_period_s)
+        self._next_tick_ns = self._clock.now_ns()
+        self._next_health_ns = self._next_tick_ns + nanoseconds(self._settings.bus.health_period_s)
         while not self._stop.is_set():
-            wake_ns = min(next_health_ns, next_tick_ns if period_ns else next_health_ns)
-            if self._due:
-                wake_ns = min(wake_ns, self._due[0].at_ns)
-            self._take_one(seconds(wake_ns - self._clock.now_ns()))
-            now_ns = self._clock.now_ns()
-            self._release(now_ns)
-            if period_ns and now_ns >= next_tick_ns:
-                self._carry(self._host.tick(now_ns), None)
-                # A clock set back, or a long stall, must neither starve nor flood the node with ticks.
-                next_tick_ns = _next_due(next_tick_ns, period_ns, now_ns)
-            if now_ns >= next_health_ns or next_health_ns - now_ns > 10 * NS_PER_S:
-                health = self._host.health.report(now_ns, self._clocks.account(now_ns))
-                self._carry([Publication(topics.HEALTH, health)], None)
-                next_health_ns = now_ns + nanoseconds(self._settings.bus.health_period_s)
-            self._write_journal(now_ns)
+            self._mailbox.wait(min(seconds(self._wake_ns() - self._clock.now_ns()), IDLE_S))
+            with self._turn:
+                self._take_turn()
+        self._turn.acquire()  # for good: what comes now is not taken up any more
+        if self._failure is not None:
+            raise self._failure
         self._finish()
+
+    def _wake_ns(self) -> int:
+        wake_ns = self._next_health_ns
+        if self._host.node.tick_period_ns:
+            wake_ns = min(wake_ns, self._next_tick_ns)
+        return min(wake_ns, self._due[0].at_ns) if self._due else wake_ns
+
+    def _take_turn(self) -> None:
+        letter = self._mailbox.take()
+        if letter is not None:
+            self._open(letter)
+        now_ns = self._clock.now_ns()
+        self._release(now_ns)
+        period_ns = self._host.node.tick_period_ns
+        if period_ns and now_ns >= self._next_tick_ns:
+            self._carry(self._host.tick(now_ns), None)
+            # A clock set back, or a long stall, must neither starve nor flood the node with ticks.
+            self._next_tick_ns = _next_due(self._next_tick_ns, period_ns, now_ns)
+        if now_ns >= self._next_health_ns or self._next_health_ns - now_ns > 10 * NS_PER_S:
+            health = self._host.health.report(now_ns, self._clocks.account(now_ns))
+            self._carry([Publication(topics.HEALTH, health)], None)
+            self._next_health_ns = now_ns + nanoseconds(self._settings.bus.health_period_s)
+        self._write_journal(now_ns)
+        if self._mailbox.is_empty():
+            self._garbage.collect(now_ns)
 
     def _finish(self) -> None:
         self._carry(self._host.stop(self._clock.now_ns()), None)
@@ -118,12 +144,28 @@ class LiveRunner:
             self._carry(self._host.journal.rest(now_ns), None)
 
     def _on_sample(self, topic: Topic[Any], payload: bytes, attachment: bytes | None, encoding: str) -> None:
-        self._mailbox.put(Letter(self._clock.now_ns(), topic, payload, attachment, encoding))
+        letter = Letter(self._clock.now_ns(), topic, payload, attachment, encoding)
+        if not (self._host.node.answers_at_once and self._opened_at_once(letter)):
+            self._mailbox.put(letter)
 
-    def _take_one(self, timeout_s: float) -> None:
-        letter = self._mailbox.take(min(timeout_s, IDLE_S))
-        if letter is None:
-            return
+    def _opened_at_once(self, letter: Letter) -> bool:
+        """Whether it was this letter's turn. It is not where others wait: what came first is taken up first."""
+        if not self._turn.acquire(blocking=False):
+            return False
+        try:
+            if not self._mailbox.is_empty():
+                return False
+            self._open(letter)
+        except Exception as error:  # it ends the process, as it would on the runner's thread
+            self._failure = error
+            self._stop.set()
+        finally:
+            self._turn.release()
+        if self._due or self._failure is not None:
+            self._mailbox.ring()  # the runner's thread sleeps until what was due before
+        return True
+
+    def _open(self, letter: Letter) -> None:
         if letter.topic is None:
             self._carry(self._host.take_bytes(letter.port, letter.payload, self._clock.now_ns()), None)
             return

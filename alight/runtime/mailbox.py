@@ -3,7 +3,6 @@
 import contextlib
 import queue
 import threading
-import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -40,7 +39,8 @@ class Mailbox:
 
     `queue.SimpleQueue` and a lock as a bell hand over in C, which is quicker and steadier than a condition variable in
     Python. The queue's own timeout is not used: in CPython 3.11 `SimpleQueue.get(timeout=...)` waits for ever when its
-    deadline passes between two looks at the queue, which short timeouts make likely.
+    deadline passes between two looks at the queue, which short timeouts make likely. One thread waits, and whoever takes,
+    takes turns: see `LiveRunner`.
     """
 
     def __init__(self, on_drop: Callable[[Topic[Any]], None], frames: int = 1) -> None:
@@ -65,30 +65,34 @@ class Mailbox:
             self._put_frame(topic, letter)
         elif self._places.qsize() < CAPACITY or (topic is not None and topic.delivery is Delivery.EVENT):
             self._places.put(_Place(letter))
-            self._ring()
+            self.ring()
         elif topic is not None:
             self._on_drop(topic)
 
-    def take(self, timeout_s: float) -> Letter | None:
-        """The oldest letter, waiting for one at most this long; None if none came."""
-        place = self._wait(time.monotonic() + timeout_s)
-        if place is None:
+    def is_empty(self) -> bool:
+        """Whether nothing waits."""
+        return self._places.empty()
+
+    def wait(self, timeout_s: float) -> None:
+        """Return once a letter waits, or the bell is rung, or this time is over."""
+        # An old ring is taken back before the look at the queue, so that none for a newer letter is lost.
+        self._bell.acquire(blocking=False)
+        if self._places.empty():
+            self._bell.acquire(timeout=max(0.0, timeout_s))
+
+    def take(self) -> Letter | None:
+        """The oldest letter; None if none waits."""
+        try:
+            place = self._places.get_nowait()
+        except queue.Empty:
             return None
         if place.letter.topic is not None and place.letter.topic.delivery is Delivery.STREAM:
             with self._lock:
                 self._waiting_frames[place.letter.topic.name].popleft()
         return place.letter
 
-    def _wait(self, deadline_s: float) -> _Place | None:
-        while True:
-            # An old ring is taken back before the look at the queue, so that none for a newer letter is lost.
-            self._bell.acquire(blocking=False)
-            with contextlib.suppress(queue.Empty):
-                return self._places.get_nowait()
-            if not self._bell.acquire(timeout=max(0.0, deadline_s - time.monotonic())):
-                return None
-
-    def _ring(self) -> None:
+    def ring(self) -> None:
+        """End a wait, whether or not a letter has come."""
         with contextlib.suppress(RuntimeError):  # it rings already
             self._bell.release()
 
@@ -99,7 +103,7 @@ class Mailbox:
                 place = _Place(letter)
                 waiting.append(place)
                 self._places.put(place)
-                self._ring()
+                self.ring()
                 return
             waiting[-1].letter = letter
         self._on_drop(topic)

@@ -77,6 +77,8 @@ class Node:
     only, who records wants them all."""
     takes_any_age: ClassVar[bool] = False
     """Whether messages that are older than their topic allows are let in: they may not steer, but they are recorded."""
+    answers_at_once: ClassVar[bool] = False
+    """Whether its handlers take so little time that, live, the thread that receives a message may run them itself."""
     ports: tuple[str, ...] = ()
     """Names of the byte ports the node talks through, such as `vehicle`."""
 

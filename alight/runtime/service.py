@@ -1,7 +1,6 @@
 """What `python -m services.NAME` does: settings, logs, ports, node, run until told to stop."""
 
 import argparse
-import gc
 import importlib
 import logging
 import os
@@ -12,6 +11,7 @@ import time
 from pathlib import Path
 
 from alight.runtime.bus import BusError
+from alight.runtime.garbage_collection import GarbageCollection
 from alight.runtime.live import LiveRunner
 from alight.runtime.logs import configure_logs
 from alight.runtime.port import PortError
@@ -71,9 +71,7 @@ def run_service(name: str, arguments: argparse.Namespace) -> int:
 
 def _favour_latency() -> None:
     sys.setswitchinterval(SWITCH_INTERVAL_S)
-    # What start-up left behind need not be looked through again and again in flight.
-    gc.collect()
-    gc.freeze()
+    GarbageCollection.begin()
 
 
 def _watch_parent(parent: int, runner: LiveRunner) -> None:

@@ -22,6 +22,7 @@ class CommanderNode(Node):
     """Speaks MAVLink to one autopilot and brings its vehicle down when asked."""
 
     service = "commander"
+    answers_at_once = True
     ports = (VEHICLE,)
 
     def __init__(self, settings: Settings) -> None:

@@ -35,6 +35,7 @@ class Filter(Node):
     """
 
     service: ClassVar[str] = "filter"
+    answers_at_once = True
     tick_period_ns = nanoseconds(0.05)
 
     def __init__(self, settings: Settings) -> None:

@@ -30,6 +30,7 @@ class Geolocator(Node):
     """
 
     service: ClassVar[str] = "geolocator"
+    answers_at_once = True
 
     def __init__(self, settings: Settings) -> None:
         super().__init__()

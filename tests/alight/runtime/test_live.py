@@ -4,6 +4,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,12 +16,16 @@ from alight.runtime.live import LiveRunner
 from alight.runtime.node import Arrival, Node, Output, Publication
 from schemas import topics
 from schemas.calibration import CameraCalibration
+from schemas.estimate import PadEstimate
+from schemas.fix import FixVerdict, PadFix
 from schemas.frame import FrameHeader
 from schemas.health import Health
 from schemas.journal import Journal
-from schemas.message import SCHEMA_VERSION
+from schemas.message import SCHEMA_VERSION, GlobalPosition
 from schemas.settings import Settings
 from schemas.settings.bus import BusSettings
+from schemas.topics import Topic
+from schemas.wire import encode
 
 
 class Camera(Node):
@@ -103,6 +108,81 @@ class Ticker(Node):
 
     service = "filter"
     tick_period_ns = 20_000_000
+
+
+class Surveyor(Node):
+    """Publishes a fix every 2 ms."""
+
+    service = "geolocator"
+    tick_period_ns = 2_000_000
+
+    def on_tick(self, now_ns: int) -> Iterator[Output]:
+        yield Publication(topics.PAD_FIX, PadFix(captured_at_ns=now_ns, verdict=FixVerdict.NO_MARKER))
+
+
+class Weigher(Node):
+    """Answers each fix at once, and ticks besides; notes who runs it, and whether two ever did."""
+
+    service = "filter"
+    answers_at_once = True
+    tick_period_ns = 1_000_000
+
+    def __init__(self, fails_with: Exception | None = None) -> None:
+        super().__init__()
+        self.taken_ns: list[int] = []
+        self.ticks = 0
+        self.threads: set[int] = set()
+        self.together = 0
+        self._inside = False
+        self._fails_with = fails_with
+        self.subscribe(topics.PAD_FIX, self.on_fix)
+
+    def on_fix(self, arrival: Arrival[PadFix]) -> Iterator[Output]:
+        self.work()
+        self.taken_ns.append(arrival.message.captured_at_ns)
+        position = GlobalPosition(
+            latitude_deg=47.0, longitude_deg=8.0, altitude_amsl_m=500.0, ellipsoidal_height_m=547.0
+        )
+        yield Publication(
+            topics.PAD_ESTIMATE,
+            PadEstimate(
+                captured_at_ns=arrival.message.captured_at_ns,
+                position=position,
+                pad_ned_m=(0.0, 0.0, 1.0),
+                azimuth_rad=0.0,
+                azimuth_variance_rad2=1.0,
+                covariance_ned_m2=(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
+                method="none",
+                fixes_used=1,
+            ),
+        )
+
+    def on_tick(self, now_ns: int) -> tuple[()]:
+        self.work()
+        self.ticks += 1
+        return ()
+
+    def work(self) -> None:
+        self.together += self._inside
+        self._inside = True
+        self.threads.add(threading.get_ident())
+        time.sleep(0.0002)
+        self._inside = False
+
+
+class SetpointReader(Node):
+    """Keeps the estimates."""
+
+    service = "commander"
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.estimates: list[PadEstimate] = []
+        self.subscribe(topics.PAD_ESTIMATE, self.on_estimate)
+
+    def on_estimate(self, arrival: Arrival[PadEstimate]) -> tuple[()]:
+        self.estimates.append(arrival.message)
+        return ()
 
 
 def free_port() -> int:
@@ -206,6 +286,52 @@ def test_bad_input_ends_in_the_health_counters_and_nowhere_else(start: Callable[
     before = len(eye.frames)
     wait_for(lambda: len(eye.frames) > before)
     intruder.close()
+
+
+def test_whoever_receives_may_run_a_quick_node_but_never_two_at_a_time(start: Callable[[Node], LiveRunner]) -> None:
+    weigher, reader, onlooker = Weigher(), SetpointReader(), Onlooker()
+    start(onlooker)
+    start(reader)
+    start(weigher)
+    start(Surveyor())
+    wait_for(lambda: len(weigher.taken_ns) >= 300 and weigher.ticks >= 100 and len(weigher.threads) >= 2)
+    assert weigher.together == 0
+    assert weigher.taken_ns == sorted(set(weigher.taken_ns))
+    wait_for(lambda: "filter" in onlooker.health and onlooker.health["filter"].inputs[0].received >= 300)
+    assert onlooker.health["filter"].inputs[0].refused == {}, "out of order"
+    wait_for(lambda: len(reader.estimates) >= 300)
+    assert len(reader.estimates[0].hops) == 1
+
+
+def test_what_the_bus_raises_ends_the_process_whoever_has_the_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    settings = Settings.model_validate({"vehicle": "test", "bus": {"connect": [], "listen": [endpoint]}})
+    runner = LiveRunner(Weigher(), settings, ports={})
+    surveyor = Bus("test", BusSettings(connect=(endpoint,)))
+    publish, raised = runner.bus.publish, []
+
+    def fails(topic: Topic[Any], *rest: Any) -> None:
+        if topic is topics.PAD_ESTIMATE:
+            raise BusError("the line is cut")
+        publish(topic, *rest)
+
+    def run() -> None:
+        try:
+            runner.run()
+        except BusError as error:
+            raised.append(str(error))
+
+    monkeypatch.setattr(runner.bus, "publish", fails)
+    threading.Thread(target=run, daemon=True).start()
+
+    def over() -> bool:
+        fix = PadFix(captured_at_ns=time.time_ns(), verdict=FixVerdict.NO_MARKER)
+        surveyor.publish(topics.PAD_FIX, "geolocator", encode(topics.PAD_FIX, fix))
+        return raised == ["the line is cut"]
+
+    wait_for(over)
+    surveyor.close()
+    runner.bus.close()
 
 
 def test_silence_is_complained_of(start: Callable[[Node], LiveRunner]) -> None:

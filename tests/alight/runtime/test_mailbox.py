@@ -15,7 +15,7 @@ TOPICS = {"frame": topics.FRAME, "state": topics.PAD_FIX, "event": topics.REQUES
 
 def drained(mailbox: Mailbox) -> list[Letter]:
     letters = []
-    while (letter := mailbox.take(timeout_s=0.0)) is not None:
+    while (letter := mailbox.take()) is not None:
         letters.append(letter)
     return letters
 
@@ -38,7 +38,7 @@ def test_frames_give_way_to_newer_ones_and_all_else_keeps_its_order(kinds: list[
 def test_a_frame_taken_up_is_not_replaced() -> None:
     mailbox = Mailbox(on_drop=lambda _: None)
     mailbox.put(Letter(1, topics.FRAME))
-    assert mailbox.take(0.0) is not None
+    assert mailbox.take() is not None
     mailbox.put(Letter(2, topics.FRAME))
     assert [letter.received_at_ns for letter in drained(mailbox)] == [2]
 
@@ -48,7 +48,7 @@ def test_frames_may_wait_in_line_for_who_wants_them_all() -> None:
     mailbox = Mailbox(on_drop=dropped.append, frames=3)
     for number in range(5):
         mailbox.put(Letter(number, topics.FRAME))
-    first = mailbox.take(0.0)
+    first = mailbox.take()
     mailbox.put(Letter(5, topics.FRAME))
     assert first is not None and first.received_at_ns == 0
     assert [letter.received_at_ns for letter in drained(mailbox)] == [1, 4, 5]
@@ -82,9 +82,37 @@ def test_short_waits_end_whether_or_not_a_letter_comes() -> None:
         for _ in range(20_000):
             if chance.random() < 0.3:
                 mailbox.put(Letter(1, topics.PAD_FIX))
-            mailbox.take(chance.choice([0.0, 1e-6, 5e-6, 2e-5, 1e-4]))
+            mailbox.wait(chance.choice([0.0, 1e-6, 5e-6, 2e-5, 1e-4]))
+            mailbox.take()
 
     thread = threading.Thread(target=wait_often, daemon=True)
     thread.start()
     thread.join(timeout=60.0)
     assert not thread.is_alive()
+
+
+def test_no_letter_is_overslept() -> None:
+    mailbox = Mailbox(on_drop=lambda _: None)
+    taken: list[int] = []
+
+    def read() -> None:
+        while len(taken) < 500:
+            mailbox.wait(timeout_s=60.0)
+            while (letter := mailbox.take()) is not None:
+                taken.append(letter.received_at_ns)
+
+    thread = threading.Thread(target=read, daemon=True)
+    thread.start()
+    for number in range(500):
+        mailbox.put(Letter(number, topics.PAD_FIX))
+    thread.join(timeout=50.0)
+    assert taken == list(range(500))
+
+
+def test_whoever_waits_can_be_woken_without_a_letter() -> None:
+    mailbox = Mailbox(on_drop=lambda _: None)
+    thread = threading.Thread(target=mailbox.wait, args=(60.0,), daemon=True)
+    thread.start()
+    mailbox.ring()
+    thread.join(timeout=50.0)
+    assert not thread.is_alive() and mailbox.is_empty()
