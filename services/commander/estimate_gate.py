@@ -5,11 +5,10 @@ from collections import Counter
 from enum import StrEnum
 
 from alight.geometry.horizontal_sigma import horizontal_sigma
-from alight.geometry.local import ned_between
+from alight.geometry.local_frame import LocalFrame
 from alight.runtime.clock import nanoseconds
 from schemas.estimate import PadEstimate
 from schemas.settings.commander import GateSettings
-from schemas.vehicle import VehicleState
 
 JUMP_PART_OF_HEIGHT = 0.1
 GAP_S = 2.5
@@ -42,8 +41,13 @@ class EstimateGate:
         """Begin anew, for a new landing."""
         self.newest = self._elsewhere = None
 
-    def offer(self, estimate: PadEstimate, vehicle: VehicleState | None) -> Verdict:
-        """Judge an estimate; keep it if it may steer."""
+    def offer(self, estimate: PadEstimate, vehicle: LocalFrame | None) -> Verdict:
+        """Judge an estimate; keep it if it may steer.
+
+        Args:
+            estimate: The newest.
+            vehicle: The frame where the vehicle is; None if that is not known.
+        """
         verdict = self._judge(estimate, vehicle)
         self.counts[f"estimates_{verdict}"] += 1
         if verdict is Verdict.ACCEPTED:
@@ -57,7 +61,7 @@ class EstimateGate:
         """Length of the present run of estimates, from the capture of its first to that of its newest, ns."""
         return 0 if self.newest is None else self.newest.captured_at_ns - self._run_since_ns
 
-    def _judge(self, estimate: PadEstimate, vehicle: VehicleState | None) -> Verdict:
+    def _judge(self, estimate: PadEstimate, vehicle: LocalFrame | None) -> Verdict:
         if self.newest is not None and estimate.captured_at_ns <= self.newest.captured_at_ns:
             return Verdict.OLD
         nn, ne, _, _, ee, *_ = estimate.covariance_ned_m2
@@ -66,7 +70,7 @@ class EstimateGate:
             return Verdict.TOO_UNCERTAIN
         if vehicle is None:
             return Verdict.TOO_FAR
-        north, east, down = ned_between(vehicle.position, estimate.position).tolist()
+        north, east, down = vehicle.ned_of(estimate.position)
         if math.sqrt(north**2 + east**2 + down**2) > self._settings.max_distance_m:
             return Verdict.TOO_FAR
         allowed_m = max(self._settings.max_jump_m, JUMP_PART_OF_HEIGHT * down)
@@ -84,5 +88,5 @@ class EstimateGate:
 
 
 def _apart_m(one: PadEstimate, other: PadEstimate) -> float:
-    north, east, down = ned_between(one.position, other.position).tolist()
+    north, east, down = LocalFrame(one.position).ned_of(other.position)
     return math.sqrt(north**2 + east**2 + down**2)

@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from alight.geometry.local import moved_by_ned, ned_between
+from alight.geometry.local_frame import LocalFrame
 from alight.geometry.rotation import wrap_pi
 from alight.runtime.clock import seconds
 from schemas.message import GlobalPosition, Vector3
@@ -98,7 +98,7 @@ class Glide:
             now_ns: The time, UTC ns.
         """
         self._settings = settings
-        self._origin = origin
+        self._frame = LocalFrame(origin)
         self._place: Vector3 = (0.0, 0.0, 0.0)
         self._velocity: Vector3 = (0.0, 0.0, 0.0)
         self._acceleration: Vector3 = (0.0, 0.0, 0.0)
@@ -114,8 +114,7 @@ class Glide:
 
     def aim(self, aim: Aim) -> None:
         """Take a new estimate."""
-        north, east, down = ned_between(self._origin, aim.position).tolist()
-        self._pad = (north, east, down)
+        self._pad = self._frame.ned_of(aim.position)
         self._drift = aim.drift_ned_mps
         self._sigma_m = aim.sigma_m
         if aim.azimuth_rad is not None:
@@ -142,14 +141,14 @@ class Glide:
         """
         step_s = min(seconds(now_ns - self._then_ns), MAX_STEP_S)
         self._then_ns = now_ns
-        north, east, down = ned_between(self._origin, vehicle.position).tolist()
+        north, east, down = self._frame.ned_of(vehicle.position)
         if flown and step_s > 0.0:
             self._move((north, east, down), freshness, step_s, now_ns)
             self._turn(step_s)
         place = (self._place[0] + self._trim[0], self._place[1] + self._trim[1], self._place[2])
         age_s = seconds(now_ns - vehicle.at_ns)
         velocity = self._stiffened((north, east), vehicle.velocity_ned_mps, age_s) if flown else self._velocity
-        return Target(moved_by_ned(self._origin, place), velocity, self._acceleration, wrap_pi(self._yaw_rad))
+        return Target(self._frame.point_at(*place), velocity, self._acceleration, wrap_pi(self._yaw_rad))
 
     def _stiffened(self, vehicle: tuple[float, float], velocity: Vector3, age_s: float) -> Vector3:
         """The setpoint's velocity, and horizontally more against the vehicle's error.

@@ -3,13 +3,13 @@
 from collections import OrderedDict
 from dataclasses import replace
 
-from alight.geometry.local import ned_between
+from alight.geometry.local_frame import LocalFrame
 from alight.runtime.clock import seconds
 from schemas.estimate import PadEstimate
 from schemas.mission import MissionReply, MissionRequest, MissionStatus, Phase, Verb
 from schemas.setpoint import Setpoint
 from schemas.settings.commander import CommanderSettings
-from schemas.vehicle import FlightMode, LandedState, VehicleState
+from schemas.vehicle import FlightMode, LandedState, VehicleState, VehicleStatus
 from services.commander.carried_pad import CarriedPad, believed_drift_sigma_mps, carried
 from services.commander.dialect import mavlink
 from services.commander.estimate_gate import EstimateGate, Verdict
@@ -38,6 +38,7 @@ class Mission:
         self.reason = "the commander has started"
         self.since_ns: int | None = None
         self._state: VehicleState | None = None
+        self._frame: LocalFrame | None = None
         self._replies: OrderedDict[str, MissionReply] = OrderedDict()
         self._request: MissionRequest | None = None
         self._asked: Verb | None = None
@@ -50,11 +51,11 @@ class Mission:
 
     def take_state(self, state: VehicleState) -> None:
         """Take a vehicle state."""
-        self._state = state
+        self._state, self._frame = state, None
 
     def take_estimate(self, estimate: PadEstimate, now_ns: int) -> Setpoint | None:
         """Take an estimate; a setpoint that follows from it goes out at once."""
-        accepted = self.gate.offer(estimate, self._state) is Verdict.ACCEPTED
+        accepted = self.gate.offer(estimate, self._here()) is Verdict.ACCEPTED
         if estimate.velocity_ned_mps is not None and believed_drift_sigma_mps(estimate, self._settings.carry) is None:
             self.gate.counts["drifts_not_believed"] += 1
         return self.step(now_ns, fresh=accepted)
@@ -94,7 +95,7 @@ class Mission:
         self._was_armed = self._was_armed or status.armed
         for outcome in self._link.take_outcomes():
             self._hands.take_outcome(outcome)
-        situation = self.look(now_ns)
+        situation = self._look(now_ns, status)
         self._looked = self._looked or situation.first_look
         if self.phase is Phase.ACQUIRE and status.mode is FlightMode.HOLD and not situation.failsafe_active:
             self._recovering = False
@@ -107,9 +108,11 @@ class Mission:
 
     def look(self, now_ns: int) -> Situation:
         """The situation as of now."""
-        status = self._link.status(now_ns)
+        return self._look(now_ns, self._link.status(now_ns))
+
+    def _look(self, now_ns: int, status: VehicleStatus) -> Situation:
         state, estimate, pad = self._state, self.gate.newest, self._pad(now_ns)
-        height_m, distance_m = _above_and_beside(state, pad)
+        height_m, distance_m = _above_and_beside(self._here(), pad)
         known = state is not None and status.landed_state is not LandedState.UNDEFINED
         on_ground = status.landed_state is LandedState.ON_GROUND
         phase_age_s = seconds(now_ns - (self.since_ns or now_ns))
@@ -152,7 +155,7 @@ class Mission:
 
     def status(self, at_ns: int) -> MissionStatus:
         """What is being done and why."""
-        height_m, distance_m = _above_and_beside(self._state, self._pad(at_ns))
+        height_m, distance_m = _above_and_beside(self._here(), self._pad(at_ns))
         newest = self.gate.newest
         return MissionStatus(
             at_ns=at_ns,
@@ -206,16 +209,22 @@ class Mission:
         return None if newest is None else carried(newest, self._settings.carry, now_ns)
 
     def _distance_to_start_m(self) -> float | None:
-        start = self._hands.start
-        if start is None or self._state is None:
+        start, here = self._hands.start, self._here()
+        if start is None or here is None:
             return None
-        n, e, d = ned_between(self._state.position, start).tolist()
+        n, e, d = here.ned_of(start)
         return float((n * n + e * e + d * d) ** 0.5)
 
+    def _here(self) -> LocalFrame | None:
+        """The frame where the vehicle is, made when it is first asked for: most states come between two estimates."""
+        if self._frame is None and self._state is not None:
+            self._frame = LocalFrame(self._state.position)
+        return self._frame
 
-def _above_and_beside(state: VehicleState | None, pad: CarriedPad | None) -> tuple[float | None, float | None]:
+
+def _above_and_beside(here: LocalFrame | None, pad: CarriedPad | None) -> tuple[float | None, float | None]:
     """Height above the estimated pad and horizontal distance to it, metres."""
-    if state is None or pad is None:
+    if here is None or pad is None:
         return None, None
-    north, east, down = ned_between(state.position, pad.position).tolist()
-    return float(down), float((north * north + east * east) ** 0.5)
+    north, east, down = here.ned_of(pad.position)
+    return down, float((north * north + east * east) ** 0.5)

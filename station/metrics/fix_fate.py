@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
+from alight.geometry.local_frame import LocalFrame
 from alight.runtime.clock import nanoseconds
 from alight.runtime.node import Arrival, Node, Publication
 from schemas import topics
@@ -19,9 +20,10 @@ from schemas.estimate import PadEstimate
 from schemas.fix import FixVerdict, PadFix
 from schemas.fusion import FusionVerdict
 from schemas.message import Message
-from schemas.mission import Phase, Verb
+from schemas.mission import MissionReply, Phase, Verb
 from schemas.settings import Settings
 from schemas.topics import Topic
+from schemas.vehicle import VehicleState
 from services.commander.estimate_gate import EstimateGate, Verdict
 from services.filter.service import build as build_filter
 from station.flight_record import FlightRecord
@@ -187,14 +189,14 @@ class _Later:
 def _ask_gate(record: FlightRecord, gate: EstimateGate) -> dict[int, Verdict]:
     """The gate's verdict on each estimate, by capture time; it begins anew when a landing is asked for."""
     verdicts: dict[int, Verdict] = {}
-    state = None
+    here: LocalFrame | None = None
     asked = {request.request_id for request in record.messages(topics.REQUEST) if request.verb is Verb.LAND}
     wanted = (topics.VEHICLE_STATE, topics.REPLY, topics.PAD_ESTIMATE)
-    for topic, message, _ in _in_order(record, wanted):
-        if topic is topics.VEHICLE_STATE:
-            state = message
-        elif topic is topics.PAD_ESTIMATE:
-            verdicts[message.captured_at_ns] = gate.offer(message, state)  # type: ignore[attr-defined, arg-type]
-        elif message.accepted and message.request_id in asked:  # type: ignore[attr-defined]
+    for _, message, _ in _in_order(record, wanted):
+        if isinstance(message, VehicleState):
+            here = LocalFrame(message.position)
+        elif isinstance(message, PadEstimate):
+            verdicts[message.captured_at_ns] = gate.offer(message, here)
+        elif isinstance(message, MissionReply) and message.accepted and message.request_id in asked:
             gate.forget()
     return verdicts

@@ -3,21 +3,15 @@
 import pytest
 
 from alight.geometry.local import moved_by_ned
+from alight.geometry.local_frame import LocalFrame
 from schemas.estimate import PadEstimate
 from schemas.message import GlobalPosition
 from schemas.settings.commander import GateSettings
-from schemas.vehicle import VehicleState
 from services.commander.estimate_gate import EstimateGate, Verdict
 
 START = 1_767_225_600_000_000_000
 HERE = GlobalPosition(latitude_deg=47.0, longitude_deg=8.0, altitude_amsl_m=500.0, ellipsoidal_height_m=547.0)
-VEHICLE = VehicleState(
-    at_ns=START,
-    position=HERE,
-    velocity_ned_mps=(0.0, 0.0, 0.0),
-    q_ned_body=(1.0, 0.0, 0.0, 0.0),
-    angular_velocity_body_rps=(0.0, 0.0, 0.0),
-)
+VEHICLE = LocalFrame(HERE)
 
 
 def estimate(
