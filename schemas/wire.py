@@ -85,7 +85,7 @@ def decode(topic: Topic[M], payload: bytes, attachment: bytes | None, encoding: 
     if len(text) > MAX_JSON_BYTES:
         raise RefusedError(Refusal.OVERSIZED, f"{len(text)} bytes, at most {MAX_JSON_BYTES}")
     try:
-        message = topic.message.model_validate_json(text)
+        message: M = topic.message.__pydantic_validator__.validate_json(text)
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
         where = ".".join(str(part) for part in first["loc"]) or "message"

@@ -91,7 +91,7 @@ class NodeHost:
         return self._guarded(lambda: self.node.on_stop(now_ns))
 
     def stamped(self, publication: Publication, cause: Arrival[Any] | None, now_ns: int) -> Message:
-        """The message as it leaves: with this service's hop, and counted.
+        """The message as it leaves: with this service's hop.
 
         Raises:
             ValueError: If the table of topics does not let this service publish there.
@@ -110,7 +110,6 @@ class NodeHost:
                     published_at_ns=now_ns,
                 )
             )
-        self.health.published(topic, message, now_ns)
         return message
 
     def _refuse(self, topic: Topic[Any], error: RefusedError) -> None:

@@ -204,9 +204,11 @@ class LiveRunner:
             if port is not None:
                 port.send(output.data)
             return
-        message = self._host.stamped(output, cause, self._clock.now_ns())
+        now_ns = self._clock.now_ns()
+        message = self._host.stamped(output, cause, now_ns)
         plain, held = pixels or (None, None)
         self.bus.publish(output.topic, self._host.node.service, encode(output.topic, message, plain), held)
+        self._host.health.published(output.topic, message, now_ns)  # counted last: nobody waits for that
 
 
 def _next_due(due_ns: int, period_ns: int, now_ns: int) -> int:

@@ -120,6 +120,7 @@ class Lockstep:
 
     def _publish(self, host: NodeHost, publication: Publication, cause: Arrival[Any] | None) -> None:
         message = host.stamped(publication, cause, self.clock.now_ns())
+        host.health.published(publication.topic, message, self.clock.now_ns())
         arrives_ns = self.clock.now_ns() + nanoseconds(self._settings.lockstep.hop_s)
         for reader in self._readers[publication.topic.name]:
             self._at(arrives_ns, partial(self._deliver, reader, publication.topic, message, publication.pixels))

@@ -6,7 +6,7 @@ process on Zenoh), in lockstep (one process, virtual clock) and in replay (fed f
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +21,7 @@ M_co = TypeVar("M_co", bound=Message, covariant=True)
 Pixels = NDArray[np.uint8]
 
 
-@dataclass(frozen=True)
-class Arrival(Generic[M_co]):
+class Arrival(NamedTuple, Generic[M_co]):
     """A message that came in."""
 
     topic: Topic[M_co]

@@ -38,6 +38,7 @@ class AutopilotLink:
         self.clock = AutopilotClock()
         self._assembly = VehicleAssembly(self.clock)
         self._status = AutopilotStatus()
+        self._told: tuple[tuple[object, ...], VehicleStatus] | None = None
         self._gimbal = Gimbal(settings.fixed_gimbal_rpy_deg)
         self._system: int | None = settings.link.autopilot_system_id or None
         self._heard = False
@@ -179,8 +180,11 @@ class AutopilotLink:
         return seconds(now_ns - self._heard_ns) if self._heard else None
 
     def status(self, now_ns: int) -> VehicleStatus:
-        """What the autopilot is doing."""
-        return self._status.snapshot(now_ns, self.connected(now_ns))
+        """What the autopilot is doing; its time is that since when all of it has been so."""
+        facts = self.facts(now_ns)
+        if self._told is None or self._told[0] != facts:
+            self._told = (facts, self._status.snapshot(now_ns, self.connected(now_ns)))
+        return self._told[1]
 
     def facts(self, now_ns: int) -> tuple[object, ...]:
         """Changes whenever `status` would, but for its time."""

@@ -65,14 +65,13 @@ class Filter(Node):
     def _on_fix(self, arrival: Arrival[PadFix]) -> Outputs:
         fix = arrival.message
         attempt = self._active.take_fix(fix)
+        if attempt.estimate is not None:
+            yield Publication(topics.PAD_ESTIMATE, self._estimate(fix, attempt.estimate))
         if len(self._waiting) == _MOST_WAITING:
             self._unwritten["fixes_unwritten"] += 1
         self._waiting.append((fix, attempt))
         if attempt.verdict is FusionVerdict.FUSED:
             self._newest_fused_ns = fix.captured_at_ns
-        if attempt.estimate is None:
-            return ()
-        return (Publication(topics.PAD_ESTIMATE, self._estimate(fix, attempt.estimate)),)
 
     def _on_vehicle_state(self, arrival: Arrival[VehicleState]) -> Outputs:
         self._active.take_vehicle(arrival.message)
