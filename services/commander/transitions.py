@@ -4,6 +4,7 @@ The rows are tried from the top; the first whose phase fits and whose condition 
 Requests are judged before they come here (`requests.py`).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from schemas.mission import Phase
@@ -82,15 +83,18 @@ TABLE: tuple[Transition, ...] = (
 )
 # fmt: on
 
+_ROWS: Mapping[Phase, tuple[Transition, ...]] = {
+    phase: tuple(row for row in TABLE if phase in row.phases) for phase in Phase
+}
+
 RESUMED = frozenset({"estimate_stale", "vehicle_state_stale"})
 """A HOLD with one of these codes goes on with the landing by itself; any other waits to be asked."""
 
 
 def first_transition(situation: Situation) -> tuple[Transition, str] | None:
     """The row to take now and why, in words; None to stay."""
-    for row in TABLE:
-        if situation.phase in row.phases:
-            reason = row.condition(situation)
-            if reason is not None:
-                return row, reason
+    for row in _ROWS[situation.phase]:
+        reason = row.condition(situation)
+        if reason is not None:
+            return row, reason
     return None
