@@ -12,6 +12,9 @@ from alight.runtime.clock import NS_PER_S
 PERIOD_NS = NS_PER_S
 """Rings come from exceptions and the like: a few kilobytes a second at worst."""
 
+LONGEST_NS = 10 * NS_PER_S
+"""A node that is never quiet collects so often all the same."""
+
 
 class GarbageCollection:
     """Where Python does not collect by itself any more (`begin`), a collection in a quiet moment once a second."""
@@ -26,13 +29,15 @@ class GarbageCollection:
         gc.freeze()
         gc.disable()
 
-    def collect(self, now_ns: int) -> None:
+    def collect(self, now_ns: int, *, quiet: bool) -> None:
         """Collect, if it is time; nothing where Python does it by itself.
 
         Args:
             now_ns: The time, ns; one that is set back delays nothing.
+            quiet: Whether nothing waits to be done.
         """
-        if gc.isenabled() or abs(now_ns - self._collected_ns) < PERIOD_NS:
+        period_ns = PERIOD_NS if quiet else LONGEST_NS
+        if gc.isenabled() or abs(now_ns - self._collected_ns) < period_ns:
             return
         self._collected_ns = now_ns
         gc.collect()

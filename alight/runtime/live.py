@@ -68,6 +68,7 @@ class LiveRunner:
         self._memory = FrameMemory(wanted=settings.bus.shared_memory)
         self._stop = threading.Event()
         self._turn = threading.Lock()
+        self._turn.acquire()  # nobody's until `run`
         self._failure: Exception | None = None
         self._garbage = GarbageCollection()
         self._next_tick_ns = self._next_health_ns = self._clock.now_ns()
@@ -94,6 +95,7 @@ class LiveRunner:
         self._clocks.start()
         self._next_tick_ns = self._clock.now_ns()
         self._next_health_ns = self._next_tick_ns + nanoseconds(self._settings.bus.health_period_s)
+        self._turn.release()
         while not self._stop.is_set():
             self._mailbox.wait(min(seconds(self._wake_ns() - self._clock.now_ns()), IDLE_S))
             with self._turn:
@@ -125,8 +127,7 @@ class LiveRunner:
             self._carry([Publication(topics.HEALTH, health)], None)
             self._next_health_ns = now_ns + nanoseconds(self._settings.bus.health_period_s)
         self._write_journal(now_ns)
-        if self._mailbox.is_empty():
-            self._garbage.collect(now_ns)
+        self._garbage.collect(now_ns, quiet=self._mailbox.is_empty())
 
     def _finish(self) -> None:
         self._carry(self._host.stop(self._clock.now_ns()), None)
