@@ -4,7 +4,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable
-from contextlib import AbstractContextManager, ExitStack
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -79,7 +79,8 @@ def fly_live(
         try:
             _start(supervisor, services, bus, asked)
             thread.start()
-            _follow(director, supervisor, asked, lambda: awake.enter_context(_awake(settings)))
+            wanted = settings.process.awake != "never"
+            _follow(director, supervisor, asked, lambda: awake.enter_context(kept_awake(wanted=wanted)))
             outcome.failure = director.failure
             _settle(supervisor, asked)
         except KeyboardInterrupt:
@@ -102,10 +103,6 @@ def _start(supervisor: Supervisor, services: tuple[str, ...], bus: Bus, asked: C
             asked.give_way()
             supervisor.watch()
     supervisor.start(service for service in services if service != "recorder")
-
-
-def _awake(settings: Settings) -> AbstractContextManager[str]:
-    return kept_awake(wanted=settings.process.awake != "never")
 
 
 def _follow(director: FlightDirector, supervisor: Supervisor, asked: CtrlC, keep_awake: Callable[[], object]) -> None:

@@ -45,13 +45,11 @@ def hasten(pid: int, service: str) -> None:
 
 
 def may_run_in_real_time() -> bool:
-    """Whether this process has the right to real-time scheduling; it is tried, since rights to it come by many ways."""
+    """Whether this process has the right to every priority above; it is tried, since rights to it come by many ways."""
     if not hasattr(os, "sched_setscheduler"):
         return False
     policy, parameters = os.sched_getscheduler(0), os.sched_getparam(0)
-    try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(os.sched_get_priority_min(os.SCHED_FIFO)))
-    except OSError:
+    if not _schedule(0, max(REAL_TIME, key=REAL_TIME.__getitem__)):
         return False
     os.sched_setscheduler(0, policy, parameters)
     return True

@@ -20,7 +20,6 @@ from schemas.estimate import PadEstimate
 from schemas.fix import FixVerdict, PadFix
 from schemas.frame import FrameHeader
 from schemas.health import Health
-from schemas.journal import Journal
 from schemas.message import SCHEMA_VERSION, GlobalPosition
 from schemas.settings import Settings
 from schemas.settings.bus import BusSettings
@@ -89,17 +88,17 @@ class Onlooker(Node):
 
 
 class Clerk(Node):
-    """Keeps the journals of all services."""
+    """Keeps all that is said on a topic."""
 
     service = "recorder"
 
-    def __init__(self) -> None:
+    def __init__(self, topic: Topic[Any]) -> None:
         super().__init__()
-        self.journals: list[Journal] = []
-        self.subscribe(topics.JOURNAL, self.on_journal)
+        self.kept: list[Any] = []
+        self.subscribe(topic, self.keep)
 
-    def on_journal(self, arrival: Arrival[Journal]) -> tuple[()]:
-        self.journals.append(arrival.message)
+    def keep(self, arrival: Arrival[Any]) -> tuple[()]:
+        self.kept.append(arrival.message)
         return ()
 
 
@@ -127,14 +126,13 @@ class Weigher(Node):
     answers_at_once = True
     tick_period_ns = 1_000_000
 
-    def __init__(self, fails_with: Exception | None = None) -> None:
+    def __init__(self) -> None:
         super().__init__()
         self.taken_ns: list[int] = []
         self.ticks = 0
         self.threads: set[int] = set()
         self.together = 0
         self._inside = False
-        self._fails_with = fails_with
         self.subscribe(topics.PAD_FIX, self.on_fix)
 
     def on_fix(self, arrival: Arrival[PadFix]) -> Iterator[Output]:
@@ -168,21 +166,6 @@ class Weigher(Node):
         self.threads.add(threading.get_ident())
         time.sleep(0.0002)
         self._inside = False
-
-
-class SetpointReader(Node):
-    """Keeps the estimates."""
-
-    service = "commander"
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.estimates: list[PadEstimate] = []
-        self.subscribe(topics.PAD_ESTIMATE, self.on_estimate)
-
-    def on_estimate(self, arrival: Arrival[PadEstimate]) -> tuple[()]:
-        self.estimates.append(arrival.message)
-        return ()
 
 
 def free_port() -> int:
@@ -242,11 +225,11 @@ def test_who_joins_late_gets_the_newest_state(start: Callable[[Node], LiveRunner
 def test_the_journal_waits_for_a_recorder_that_comes_late(start: Callable[[Node], LiveRunner]) -> None:
     start(Ticker())
     time.sleep(0.6)  # two journals are due and nobody listens
-    clerk = Clerk()
+    clerk = Clerk(topics.JOURNAL)
     start(clerk)
-    wait_for(lambda: len(clerk.journals) >= 2)
-    assert [journal.number for journal in clerk.journals[:2]] == [0, 1]
-    first = clerk.journals[0]
+    wait_for(lambda: len(clerk.kept) >= 2)
+    assert [journal.number for journal in clerk.kept[:2]] == [0, 1]
+    first = clerk.kept[0]
     assert len(first.entries) >= 10
 
 
@@ -289,9 +272,9 @@ def test_bad_input_ends_in_the_health_counters_and_nowhere_else(start: Callable[
 
 
 def test_whoever_receives_may_run_a_quick_node_but_never_two_at_a_time(start: Callable[[Node], LiveRunner]) -> None:
-    weigher, reader, onlooker = Weigher(), SetpointReader(), Onlooker()
+    weigher, clerk, onlooker = Weigher(), Clerk(topics.PAD_ESTIMATE), Onlooker()
     start(onlooker)
-    start(reader)
+    start(clerk)
     start(weigher)
     start(Surveyor())
     wait_for(lambda: len(weigher.taken_ns) >= 300 and weigher.ticks >= 100 and len(weigher.threads) >= 2)
@@ -299,8 +282,8 @@ def test_whoever_receives_may_run_a_quick_node_but_never_two_at_a_time(start: Ca
     assert weigher.taken_ns == sorted(set(weigher.taken_ns))
     wait_for(lambda: "filter" in onlooker.health and onlooker.health["filter"].inputs[0].received >= 300)
     assert onlooker.health["filter"].inputs[0].refused == {}, "out of order"
-    wait_for(lambda: len(reader.estimates) >= 300)
-    assert len(reader.estimates[0].hops) == 1
+    wait_for(lambda: len(clerk.kept) >= 300)
+    assert len(clerk.kept[0].hops) == 1
 
 
 def test_what_the_bus_raises_ends_the_process_whoever_has_the_turn(monkeypatch: pytest.MonkeyPatch) -> None:

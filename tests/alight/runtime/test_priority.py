@@ -11,19 +11,21 @@ from alight.runtime.priority import IN_THE_BACKGROUND, REAL_TIME, hasten, may_ru
 from schemas.topics import MISSION_SERVICES
 
 
-def _outcome(service: str, real_time: bool, allowed: bool) -> tuple[str, int, int]:
-    """What a fresh process says of itself, its scheduling policy and its niceness."""
+def _give_up_rights_unless(allowed: bool) -> None:
     if not allowed and os.geteuid() == 0:
         os.setgid(65534)
         os.setuid(65534)
+
+
+def _outcome(service: str, real_time: bool, allowed: bool) -> tuple[str, int, int]:
+    """What a fresh process says of itself, its scheduling policy and its niceness."""
+    _give_up_rights_unless(allowed)
     return prioritise(service, real_time=real_time), os.sched_getscheduler(0), os.nice(0)
 
 
 def _asked(allowed: bool) -> tuple[bool, int]:
     """Whether a fresh process may run in real time, and its scheduling policy after it has asked."""
-    if not allowed and os.geteuid() == 0:
-        os.setgid(65534)
-        os.setuid(65534)
+    _give_up_rights_unless(allowed)
     return may_run_in_real_time(), os.sched_getscheduler(0)
 
 

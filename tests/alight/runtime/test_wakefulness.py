@@ -52,15 +52,21 @@ def test_a_host_is_kept_awake_or_says_why_not_and_nothing_stays_behind() -> None
     assert not any(is_alive(pid) for pid in loops)
 
 
+@pytest.fixture
+def sleepless(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A host whose kernel knows of no sleep states, and which has as many processors and as much time as loops need."""
+    monkeypatch.setattr(wakefulness, "_SLEEP_DRIVER", tmp_path / "none")
+    monkeypatch.setattr(wakefulness, "_CGROUPS", tmp_path)
+    monkeypatch.setattr(wakefulness, "MOST_LOOPS", 10_000)
+
+
+@pytest.mark.usefixtures("sleepless")
 def test_a_host_that_has_no_process_left_does_not_end_the_flight(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def none_left(*_: object, **__: object) -> None:
         raise BlockingIOError(11, "Resource temporarily unavailable")
 
-    monkeypatch.setattr(wakefulness, "_SLEEP_DRIVER", tmp_path / "none")
-    monkeypatch.setattr(wakefulness, "_CGROUPS", tmp_path)
-    monkeypatch.setattr(wakefulness, "MOST_LOOPS", 10_000)
     monkeypatch.setattr(wakefulness, "AUTOGROUP", tmp_path / "none")
     monkeypatch.setattr(wakefulness, "may_run_in_real_time", lambda: True)
     monkeypatch.setattr(wakefulness.subprocess, "Popen", none_left)
@@ -101,13 +107,11 @@ def test_a_loop_that_cannot_make_itself_light_ends_at_once(tmp_path: Path, monke
     os.sched_setaffinity(0, before)
 
 
+@pytest.mark.usefixtures("sleepless")
 @pytest.mark.parametrize(("real_time", "reason"), [(False, "real-time"), (True, "share of the time")])
 def test_no_loop_is_started_that_would_be_in_the_way(
     real_time: bool, reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(wakefulness, "_SLEEP_DRIVER", tmp_path / "none")
-    monkeypatch.setattr(wakefulness, "_CGROUPS", tmp_path)
-    monkeypatch.setattr(wakefulness, "MOST_LOOPS", 10_000)
     monkeypatch.setattr(wakefulness, "AUTOGROUP", tmp_path)
     monkeypatch.setattr(wakefulness.os, "access", lambda *_: False)  # root may write to anything
     monkeypatch.setattr(wakefulness, "may_run_in_real_time", lambda: real_time)
