@@ -48,14 +48,15 @@ class FrameMemory:
 def _provider(frame_bytes: int) -> Any:
     """Shared memory for as many frames as there is room for; None if there is none."""
     frames = min(MOST_FRAMES, _room_bytes() // frame_bytes)
-    if frames < FEWEST_FRAMES:
-        LOGGER.info("frames travel as bytes: no room in shared memory", extra={"frame_bytes": frame_bytes})
-        return None
-    try:
-        return zenoh.shm.ShmProvider.default_backend(frames * frame_bytes)
-    except zenoh.ZError as error:
-        LOGGER.info("frames travel as bytes: no shared memory", extra={"detail": str(error)})
-        return None
+    obstacle = "no room"
+    while frames >= FEWEST_FRAMES:
+        try:
+            return zenoh.shm.ShmProvider.default_backend(frames * frame_bytes)
+        except zenoh.ZError as error:
+            obstacle = str(error)
+            frames //= 2  # it is locked in memory, of which a user may have little (`ulimit -l`, often 8 MB)
+    LOGGER.info("frames travel as bytes: no shared memory", extra={"frame_bytes": frame_bytes, "detail": obstacle})
+    return None
 
 
 def _room_bytes() -> int:

@@ -36,6 +36,8 @@ def _weigh_nothing(autogroup: Path) -> bool:
     """With automatic groups the kernel shares its time among sessions first: a lowest priority counts only within one."""
     for _ in range(_TRIES):
         try:
+            if not autogroup.read_text(encoding="ascii").strip():
+                return True  # this session is in no such group, which is refused with EINVAL when written to
             autogroup.write_text(_LIGHTEST, encoding="ascii")
         except FileNotFoundError:
             return True  # there are no such groups

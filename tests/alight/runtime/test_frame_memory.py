@@ -1,6 +1,9 @@
 """Frames travel in shared memory where there is room, and as bytes where there is none: they always travel."""
 
+import contextlib
+import multiprocessing
 import os
+import resource
 
 import pytest
 
@@ -8,6 +11,7 @@ from alight.runtime import frame_memory
 from alight.runtime.frame_memory import MOST_FRAMES, FrameMemory
 
 VGA = 640 * 480
+LITTLE = 8 * 2**20
 
 
 def picture(number: int, size: int = VGA) -> bytes:
@@ -33,6 +37,22 @@ def test_readers_that_let_go_of_nothing_cost_the_shared_memory_and_no_picture() 
     assert in_shared_memory(kept[0]) and not in_shared_memory(kept[-1])
     kept.clear()
     assert in_shared_memory(memory.held(picture(99)))
+
+
+def _room_where_little_may_be_locked() -> list[bool]:
+    """Which sizes of pictures a process finds shared memory for that may lock little of it."""
+    resource.setrlimit(resource.RLIMIT_MEMLOCK, (LITTLE, LITTLE))
+    with contextlib.suppress(PermissionError):  # whoever may change users may lock as much as he likes
+        os.setgid(65534)
+        os.setuid(65534)
+    return [in_shared_memory(FrameMemory(wanted=True).held(picture(1, size))) for size in (3 * VGA, 9 * VGA)]
+
+
+def test_where_little_memory_may_be_locked_fewer_frames_find_room() -> None:
+    if 0 <= resource.getrlimit(resource.RLIMIT_MEMLOCK)[1] < LITTLE:
+        pytest.skip("this user may lock even less")
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        assert pool.apply(_room_where_little_may_be_locked) == [True, False]
 
 
 @pytest.mark.parametrize(("wanted", "size"), [(False, VGA), (True, 100), (True, 40 * 2**20)])

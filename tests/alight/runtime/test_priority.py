@@ -1,5 +1,6 @@
 """Services ask for the priority that the landing needs, and fly without it where they may not have it."""
 
+import contextlib
 import multiprocessing
 import os
 import subprocess
@@ -13,8 +14,9 @@ from schemas.topics import MISSION_SERVICES
 
 def _give_up_rights_unless(allowed: bool) -> None:
     if not allowed and os.geteuid() == 0:
-        os.setgid(65534)
-        os.setuid(65534)
+        with contextlib.suppress(PermissionError):  # a root so restricted has no right to real time either
+            os.setgid(65534)
+            os.setuid(65534)
 
 
 def _outcome(service: str, real_time: bool, allowed: bool) -> tuple[str, int, int]:

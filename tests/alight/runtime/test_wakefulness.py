@@ -18,7 +18,11 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "SCHED_IDLE"), reason="no such s
 def loops_of(parent: int) -> list[int]:
     """Process ids of the loops that a process has started."""
     children = Path(f"/proc/{parent}/task/{parent}/children").read_text().split()
-    return [int(pid) for pid in children if b"idle_loop" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+    return [int(pid) for pid in children if is_loop(int(pid))]
+
+
+def is_loop(pid: int) -> bool:
+    return b"alight.runtime.idle_loop" in Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
 
 
 def becomes_true(condition: Callable[[], bool], patience_s: float = 60.0) -> bool:
@@ -42,8 +46,8 @@ def test_nothing_is_kept_awake_that_need_not_be() -> None:
 
 def test_a_host_is_kept_awake_or_says_why_not_and_nothing_stays_behind() -> None:
     with kept_awake(wanted=True) as how:
-        assert how == "by the kernel" or how.startswith("no: ") or how.endswith("loops")
-        wanted = int(how.split()[1]) if how.endswith("loops") else 0
+        assert how.startswith(("by ", "no: "))
+        wanted = int(how.split()[1]) if how.startswith("by ") and how.endswith("loops") else 0
         assert becomes_true(lambda: len(loops_of(os.getpid())) == wanted)
         loops = loops_of(os.getpid())
         for pid in loops:
@@ -74,29 +78,45 @@ def test_a_host_that_has_no_process_left_does_not_end_the_flight(
         assert how.startswith("no: Resource temporarily unavailable")
 
 
-def may_weigh_nothing() -> bool:
+LOOP = [sys.executable, "-m", "alight.runtime.idle_loop", str(min(os.sched_getaffinity(0)))]
+
+
+def may_weigh_nothing(*, own_session: bool) -> bool:
     """Whether this host lets a loop make itself light: one whose parent is gone already tries, and ends."""
-    probe = [sys.executable, "-m", "alight.runtime.idle_loop", str(min(os.sched_getaffinity(0))), "0"]
-    return subprocess.run(probe, start_new_session=True, check=False).returncode == 0
+    return subprocess.run([*LOOP, "0"], start_new_session=own_session, check=False).returncode == 0
 
 
-def test_a_loop_ends_with_its_parent_however_that_ends() -> None:
-    if not may_weigh_nothing():
+@pytest.mark.parametrize("own_session", [True, False])
+def test_a_loop_ends_with_its_parent_however_that_ends(own_session: bool) -> None:
+    if not may_weigh_nothing(own_session=own_session):
         pytest.skip("no loop may run on this host: it could not give way to everything else")
     code = (
         "import os, subprocess, sys\n"
-        "loop = subprocess.Popen([sys.executable, '-m', 'alight.runtime.idle_loop', str(min(os.sched_getaffinity(0))), str(os.getpid())])\n"
+        f"loop = subprocess.Popen([*{LOOP}, str(os.getpid())], start_new_session={own_session})\n"
         "print(loop.pid, flush=True)\n"
         "sys.stdin.read()\n"
     )
-    parent = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-    assert parent.stdout is not None
-    loop = int(parent.stdout.readline())
-    assert becomes_true(lambda: os.sched_getscheduler(loop) == os.SCHED_IDLE)
-    assert is_alive(loop)
-    parent.kill()
-    parent.communicate()
+    with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as parent:
+        assert parent.stdout is not None
+        loop = int(parent.stdout.readline())
+        try:
+            assert becomes_true(lambda: os.sched_getscheduler(loop) == os.SCHED_IDLE)
+            assert is_alive(loop)
+        finally:
+            parent.kill()
     assert becomes_true(lambda: not is_alive(loop))
+
+
+def test_a_loop_in_a_session_that_is_not_weighed_is_light_already(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "autogroup").touch()  # so the kernel says it to what the first process has started without a session
+    monkeypatch.setattr(idle_loop, "AUTOGROUP", tmp_path / "autogroup")
+    before = os.sched_getaffinity(0)
+    monkeypatch.setattr(idle_loop.os, "sched_setscheduler", lambda *_: None)
+    assert idle_loop.main(min(before), parent=0) == 0
+    os.sched_setaffinity(0, before)
+    assert (tmp_path / "autogroup").read_text() == ""
 
 
 def test_a_loop_that_cannot_make_itself_light_ends_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
