@@ -2,8 +2,9 @@
 
 One thread at a time runs the node: whoever has the turn. Zenoh's and the ports' threads fill its mailbox, so a slow handler
 delays nobody's reception, and what cannot wait is replaced by what is newer (frames). The runner's own thread empties it.
-A message for a node whose handlers are short is not put there if nobody has the turn and nothing waits: the thread that
-received it takes the turn itself, which saves waking another. Zenoh gives each subscription a thread of its own.
+A message for a node that answers at once is not put there if nobody has the turn and nothing waits: the thread that received
+it takes the turn itself, which saves waking another. Zenoh gives each subscription a thread of its own. While that thread is
+busy with a picture the next ones wait in Zenoh, where no newer one takes their place: those go through the mailbox.
 """
 
 import heapq
@@ -14,7 +15,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from alight.runtime.bus import Bus
-from alight.runtime.clock import NS_PER_S, WallClock, nanoseconds, seconds
+from alight.runtime.clock import NS_PER_S, Clock, WallClock, nanoseconds, seconds
 from alight.runtime.clock_questions import ClockQuestions
 from alight.runtime.frame_memory import FrameMemory
 from alight.runtime.garbage_collection import GarbageCollection
@@ -25,11 +26,13 @@ from alight.runtime.peer_clocks import PeerClocks, peers_of
 from alight.runtime.port import Port
 from schemas import topics
 from schemas.settings import Settings
-from schemas.topics import Topic
+from schemas.topics import Delivery, Topic
 from schemas.wire import encode
 
 IDLE_S = 0.2
 """The loop looks at the stop flag at least this often."""
+_HAS_WAITED_NS = nanoseconds(0.001)
+"""A picture that is received this soon after the last one was done had come before."""
 
 
 class _Pixels(NamedTuple):
@@ -52,19 +55,34 @@ class _Due(NamedTuple):
 class LiveRunner:
     """Runs a node until told to stop."""
 
-    def __init__(self, node: Node, settings: Settings, ports: Mapping[str, Port], bus: Bus | None = None) -> None:
+    def __init__(
+        self,
+        node: Node,
+        settings: Settings,
+        ports: Mapping[str, Port],
+        bus: Bus | None = None,
+        clock: Clock | None = None,
+    ) -> None:
         """Join the bus and open the ports.
+
+        Args:
+            node: What to run.
+            settings: Of the bus, above all.
+            ports: The byte ports that the node names.
+            bus: One that has been joined already.
+            clock: The time, UTC; the host's by default.
 
         Raises:
             BusError: If the bus cannot be joined.
             PortError: If a port cannot be opened.
         """
-        self._clock = WallClock()
+        self._clock: Clock = clock or WallClock()
         self._settings = settings
         self._host = NodeHost(node, settings.bus, self._clock, pid=os.getpid(), strict=False)
         self._mailbox = Mailbox(on_drop=self._host.health.dropped, frames=node.frames_waiting)
         self._due: list[_Due] = []
         self._made = 0
+        self._picture_done_ns = 0
         self._memory = FrameMemory(wanted=settings.bus.shared_memory)
         self._stop = threading.Event()
         self._turn = threading.Lock()
@@ -151,12 +169,17 @@ class LiveRunner:
 
     def _opened_at_once(self, letter: Letter) -> bool:
         """Whether it was this letter's turn. It is not where others wait: what came first is taken up first."""
+        is_picture = letter.topic is not None and letter.topic.delivery is Delivery.STREAM
+        if is_picture and abs(letter.received_at_ns - self._picture_done_ns) < _HAS_WAITED_NS:
+            return False
         if not self._turn.acquire(blocking=False):
             return False
         try:
             if not self._mailbox.is_empty():
                 return False
             self._open(letter)
+            if is_picture:
+                self._picture_done_ns = self._clock.now_ns()
         except Exception as error:  # it ends the process, as it would on the runner's thread
             self._failure = error
             self._stop.set()

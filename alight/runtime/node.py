@@ -77,8 +77,8 @@ class Node:
     takes_any_age: ClassVar[bool] = False
     """Whether messages that are older than their topic allows are let in: they may not steer, but they are recorded."""
     answers_at_once: ClassVar[bool] = False
-    """Whether its handlers take so little time that, live, the thread that receives a message may run them itself. Not for a node that
-    may stand still (a disk, a network): once some 250 messages wait for that thread, all reception of the process waits."""
+    """Whether, live, the thread that receives a message may run the handlers itself, one at a time as ever. Not for a node that may
+    stand still (a disk, a network): once some 250 messages wait for that thread, all reception of the process waits."""
     ports: tuple[str, ...] = ()
     """Names of the byte ports the node talks through, such as `vehicle`."""
 

@@ -35,6 +35,7 @@ class DetectorNode(Node):
     """Takes frames and the calibration. Without a calibration that fits the frames it publishes empty detections and says why."""
 
     service: ClassVar[str] = "detector"
+    answers_at_once = True
 
     def __init__(self, settings: Settings, detector: Detector) -> None:
         """Take the detector to use."""

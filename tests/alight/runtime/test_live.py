@@ -4,6 +4,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 import zenoh
 
 from alight.runtime.bus import Bus, BusError, configuration
+from alight.runtime.clock import Clock, VirtualClock, WallClock
 from alight.runtime.clock_questions import clock_key
 from alight.runtime.live import LiveRunner
 from alight.runtime.node import Arrival, Node, Output, Publication
@@ -174,6 +176,40 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
+class Watcher(Node):
+    """Looks at each picture at once, and notes which thread ran it."""
+
+    service = "detector"
+    answers_at_once = True
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.looked: dict[int, int] = {}
+        self.subscribe(topics.FRAME, self.on_frame)
+
+    def on_frame(self, arrival: Arrival[FrameHeader]) -> tuple[()]:
+        self.looked[arrival.message.sequence] = threading.get_ident()
+        return ()
+
+
+@pytest.fixture
+def far_end() -> Iterator[Callable[[Node, Clock], tuple[LiveRunner, Bus]]]:
+    """A node's runner, and a bus that speaks to it and is nobody's."""
+    with ExitStack() as held:
+
+        def join(node: Node, clock: Clock) -> tuple[LiveRunner, Bus]:
+            endpoint = f"tcp/127.0.0.1:{free_port()}"
+            settings = Settings.model_validate({"vehicle": "test", "bus": {"connect": [], "listen": [endpoint]}})
+            runner = LiveRunner(node, settings, ports={}, clock=clock)
+            held.callback(runner.bus.close)
+            bus = Bus("test", BusSettings(connect=(endpoint,)))
+            held.callback(bus.close)
+            held.callback(runner.stop)
+            return runner, bus
+
+        yield join
+
+
 @pytest.fixture
 def start() -> Iterator[Callable[[Node], LiveRunner]]:
     endpoint = f"tcp/127.0.0.1:{free_port()}"
@@ -245,6 +281,34 @@ def test_a_slow_reader_gets_the_newest_frames_and_counts_the_rest(start: Callabl
     wait_for(lambda: "detector" in onlooker.health and frame_health(onlooker).dropped > 0)
 
 
+def test_a_picture_is_looked_at_by_whoever_receives_it_unless_it_has_waited(
+    far_end: Callable[[Node, Clock], tuple[LiveRunner, Bus]],
+) -> None:
+    """What has waited goes where a newer one may take its place."""
+    clock, watcher = VirtualClock(time.time_ns()), Watcher()
+    runner, camera = far_end(watcher, clock)
+    thread = threading.Thread(target=runner.run, daemon=True)
+    thread.start()
+
+    def thread_that_looks_at(sequence: int) -> int:
+        header = FrameHeader(
+            captured_at_ns=clock.now_ns() + sequence, sequence=sequence, width_px=8, height_px=4, source="test"
+        )
+        camera.publish(topics.FRAME, "camera", encode(topics.FRAME, header, bytes(32)))
+        wait_for(lambda: sequence in watcher.looked)
+        return watcher.looked[sequence]
+
+    wait_for(lambda: camera.is_heard(topics.FRAME, "camera"))
+    for sequence in range(50):
+        clock.advance_to(clock.now_ns() + 50_000_000)
+        if thread_that_looks_at(sequence) != thread.ident:  # unless the runner happened to look around just then
+            break
+    assert watcher.looked[sequence] != thread.ident
+    assert {thread_that_looks_at(sequence) for sequence in range(100, 105)} == {thread.ident}, "no time has passed"
+    runner.stop()
+    thread.join(5.0)
+
+
 def test_bad_input_ends_in_the_health_counters_and_nowhere_else(start: Callable[[Node], LiveRunner]) -> None:
     eye, onlooker = Eye(), Onlooker()
     runner = start(onlooker)
@@ -286,11 +350,10 @@ def test_whoever_receives_may_run_a_quick_node_but_never_two_at_a_time(start: Ca
     assert len(clerk.kept[0].hops) == 1
 
 
-def test_what_the_bus_raises_ends_the_process_whoever_has_the_turn(monkeypatch: pytest.MonkeyPatch) -> None:
-    endpoint = f"tcp/127.0.0.1:{free_port()}"
-    settings = Settings.model_validate({"vehicle": "test", "bus": {"connect": [], "listen": [endpoint]}})
-    runner = LiveRunner(Weigher(), settings, ports={})
-    surveyor = Bus("test", BusSettings(connect=(endpoint,)))
+def test_what_the_bus_raises_ends_the_process_whoever_has_the_turn(
+    far_end: Callable[[Node, Clock], tuple[LiveRunner, Bus]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    runner, surveyor = far_end(Weigher(), WallClock())
     publish, raised = runner.bus.publish, []
 
     def fails(topic: Topic[Any], *rest: Any) -> None:
@@ -313,8 +376,6 @@ def test_what_the_bus_raises_ends_the_process_whoever_has_the_turn(monkeypatch: 
         return raised == ["the line is cut"]
 
     wait_for(over)
-    surveyor.close()
-    runner.bus.close()
 
 
 def test_silence_is_complained_of(start: Callable[[Node], LiveRunner]) -> None:
