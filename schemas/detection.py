@@ -36,8 +36,8 @@ class Marker(Part):
     """Distorted pixel coordinates of the upper left, upper right, lower right and lower left corner of the print."""
     corner_sigma_px: Annotated[float, Field(gt=0.0)]
     """Standard deviation of one corner coordinate, pixels."""
-    poses: Annotated[tuple[MarkerPose, ...], Field(min_length=1, max_length=2)]
-    """The planar solutions, the one with the smaller reprojection error first."""
+    poses: Annotated[tuple[MarkerPose, ...], Field(max_length=2)] = ()
+    """The planar solutions, the one with the smaller reprojection error first; none where they are those of `pad`, said there."""
     ambiguity: Annotated[float, Field(ge=0.0, le=1.0)]
     """Smaller over larger reprojection error: near 1 the picture cannot tell the two poses apart."""
     rows_after_s: RowsAfter = 0.0

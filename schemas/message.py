@@ -8,7 +8,7 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 """Version of all messages together. It travels in the Zenoh encoding; a message of another version is refused."""
 
 Nanoseconds = Annotated[int, Field(ge=0, lt=2**63)]

@@ -53,7 +53,7 @@ class WireMessage:
 
 @cache
 def encoding_of(topic: Topic[Any]) -> str:
-    """The Zenoh encoding of a topic's messages, such as `application/json;alight.PadFix.v2`."""
+    """The Zenoh encoding of a topic's messages, such as `application/json;alight.PadFix.v3`."""
     kind = "application/octet-stream" if topic.has_pixels else "application/json"
     return f"{kind};alight.{topic.message.__name__}.v{SCHEMA_VERSION}"
 

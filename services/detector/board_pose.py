@@ -54,6 +54,11 @@ def pad_view(markers: Sequence[Marker], layout: PadLayout, camera: PinholeCamera
     )
 
 
+def said_once(markers: Sequence[Marker], pad: PadView) -> tuple[Marker, ...]:
+    """The markers, without the poses that the pad has from one of them as they are: they are most of what a detection weighs."""
+    return tuple(marker.model_copy(update={"poses": ()}) if marker.poses == pad.poses else marker for marker in markers)
+
+
 def _members(markers: Sequence[Marker], layout: PadLayout) -> list[Member]:
     """The pad's markers, largest in the picture first; of two alike the larger one."""
     by_name: dict[tuple[str, int], Member] = {}

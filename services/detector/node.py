@@ -21,7 +21,7 @@ from schemas.estimate import PadEstimate
 from schemas.frame import FrameHeader
 from schemas.settings import Settings
 from schemas.vehicle import GimbalState, VehicleState, VehicleStatus
-from services.detector.board_pose import pad_view
+from services.detector.board_pose import pad_view, said_once
 from services.detector.detector import Detector, FoundMarker, View
 from services.detector.prior import PriorKeeper
 from services.detector.square_pose import located
@@ -90,13 +90,14 @@ class DetectorNode(Node):
         elif arrival.pixels is not None:
             markers = self._markers(grey(arrival.pixels), frame.captured_at_ns)
         self._counts["frames_with_markers"] += bool(markers)
+        pad = pad_view(markers, self._layout, self._camera) if self._camera and markers else None
         detection = Detection(
             captured_at_ns=frame.captured_at_ns,
             hops=frame.hops,
             frame_sequence=frame.sequence,
             detector=self._detector.name,
-            markers=markers,
-            pad=pad_view(markers, self._layout, self._camera) if self._camera and markers else None,
+            markers=said_once(markers, pad) if pad else markers,
+            pad=pad,
         )
         return [Publication(topics.DETECTION, detection)]
 

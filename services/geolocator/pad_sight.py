@@ -18,11 +18,14 @@ def pad_in(detection: Detection, layout: PadLayout) -> PadView:
     if detection.pad is not None:
         return _believed(detection.pad, layout)
     placed = [(marker, layout.find(marker.family, marker.id)) for marker in detection.markers]
-    candidates = [(marker, spot) for marker, spot in placed if spot is not None]
+    candidates = [(marker, spot) for marker, spot in placed if spot is not None and marker.poses]
     if not candidates:
         wanted = ", ".join(f"{marker.family} {marker.id}" for marker in layout.markers)
+        poseless = sum(not marker.poses for marker in detection.markers)
         raise FixRefusedError(
-            FixVerdict.NO_MARKER, f"{wanted[:100]} is not among the {len(detection.markers)} markers seen"
+            FixVerdict.NO_MARKER,
+            f"{wanted[:100]} is not among the {len(detection.markers)} markers seen"
+            + (f" ({poseless} without a pose)" if poseless else ""),
         )
     marker, spot = max(candidates, key=lambda each: mean_side_px(each[0].corners_px))
     return PadView(

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from schemas.message import SCHEMA_VERSION
 from station.migration.step import Step
 from station.migration.v1_to_v2 import V1_TO_V2
+from station.migration.v2_to_v3 import V2_TO_V3
 
-STEPS: Sequence[Step] = (V1_TO_V2,)
+STEPS: Sequence[Step] = (V1_TO_V2, V2_TO_V3)
 OLDEST_VERSION = 1
 
 _ENCODING = re.compile(r"[^;]*;alight\.(?P<message>\w+)\.v(?P<version>\d+)")

@@ -49,6 +49,6 @@ def test_the_comparison_finds_one_ulp_in_a_constant_of_the_detector(
     told = capsys.readouterr().out
     assert "first divergence: detector/detection of" in told
     # Not `corner_sigma_px`: a root halves what its square differs by, and may be rounded to the same number.
-    assert "markers[0].poses[0].covariance[" in told and " ulp" in told
+    assert "pad.poses[0].covariance[" in told and " ulp" in told
     assert "it was given camera/frame of" in told
     assert "so the detector itself has changed" in told

@@ -17,7 +17,7 @@ from alight.geometry.rotation import (
 from alight.markers.layout import PadLayout, PlacedMarker, read_layout
 from schemas.settings import Settings
 from services.camera.calibration_file import configured_calibration
-from services.detector.board_pose import pad_view
+from services.detector.board_pose import pad_view, said_once
 from services.detector.detector import FoundMarker
 from services.detector.square_pose import located
 
@@ -66,6 +66,14 @@ def test_a_single_marker_in_the_middle_is_the_pad_to_the_last_bit():
     pad = pad_view([marker], PAPER, CAMERA)
     assert pad.poses == marker.poses
     assert (pad.ambiguity, pad.corner_sigma_px) == (marker.ambiguity, marker.corner_sigma_px)
+
+
+def test_what_a_marker_and_the_pad_have_in_common_is_said_once():
+    (marker,) = Sky((0.4, -0.3, 6.0)).markers(PAPER)
+    (shortened,) = said_once([marker], pad_view([marker], PAPER, CAMERA))
+    assert shortened == marker.model_copy(update={"poses": ()})
+    several = Sky((0.1, 0.05, 0.5)).markers(NESTED)
+    assert said_once(several, pad_view(several, NESTED, CAMERA)) == tuple(several)
 
 
 @pytest.mark.parametrize("place_m", [(0.02, -0.03, 0.2), (0.1, 0.05, 0.5), (0.0, 0.2, 1.6), (0.5, -0.4, 5.0)])

@@ -50,6 +50,12 @@ def test_the_pad_is_believed_without_any_marker_of_its_own():
     assert fix.raw.pad_ned_m == pytest.approx(SCENE.pad_from_vehicle_m, abs=1e-6)
 
 
+def test_a_marker_that_leaves_its_pose_to_a_pad_that_is_not_there_gives_no_fix():
+    fix = fix_of(geolocator(), detection(SCENE.marker().model_copy(update={"poses": ()})))
+    assert fix.verdict is FixVerdict.NO_MARKER
+    assert fix.detail.endswith("is not among the 1 markers seen (1 without a pose)")
+
+
 def test_a_detector_that_was_set_up_for_another_pad_does_not_steer():
     other = pad_view(SCENE.marker(), used=(MarkerName(family="5x5_1000", id=68), MarkerName(family="5x5_1000", id=69)))
     fix = fix_of(geolocator(), detection(SCENE.marker()).model_copy(update={"pad": other}))
