@@ -79,8 +79,8 @@ def fly_live(
         try:
             _start(supervisor, services, bus, asked)
             thread.start()
-            wanted = settings.process.awake != "never"
-            _follow(director, supervisor, asked, lambda: awake.enter_context(kept_awake(wanted=wanted)))
+            keep = kept_awake(wanted=settings.process.awake != "never", real_time=settings.process.real_time)
+            _follow(director, supervisor, asked, lambda: awake.enter_context(keep))
             outcome.failure = director.failure
             _settle(supervisor, asked)
         except KeyboardInterrupt:

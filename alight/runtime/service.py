@@ -63,7 +63,8 @@ def run_service(name: str, arguments: argparse.Namespace) -> int:
     _favour_latency()
     LOGGER.info("service started", extra={"pid": os.getpid(), "vehicle": settings.vehicle, "priority": priority})
     # Whoever supervises this process keeps the processors awake for all of them.
-    with kept_awake(wanted=settings.process.awake == "always" and not arguments.exit_with_parent):
+    wanted = settings.process.awake == "always" and not arguments.exit_with_parent
+    with kept_awake(wanted=wanted, real_time=settings.process.real_time):
         runner.run()
     LOGGER.info("service stopped")
     return 0

@@ -31,8 +31,12 @@ _CGROUPS = Path("/sys/fs/cgroup")
 
 
 @contextmanager
-def kept_awake(*, wanted: bool) -> Iterator[str]:
+def kept_awake(*, wanted: bool, real_time: bool) -> Iterator[str]:
     """While this is entered, the processors that this process may use do not sleep, as far as the host allows it.
+
+    Args:
+        wanted: Whether they are to be.
+        real_time: Whether the services that it is done for ask for real-time scheduling, so that no loop is in their way.
 
     Yields:
         How, for people: `by the kernel`, `by 2 loops`, or `no: ` and the reason.
@@ -40,7 +44,7 @@ def kept_awake(*, wanted: bool) -> Iterator[str]:
     with ExitStack() as held:
         how = "no: not wanted"
         if wanted:
-            how = _by_the_kernel(held) if _sleeps() else _by_loops(held)
+            how = _by_the_kernel(held) if _sleeps() else _by_loops(held, real_time=real_time)
             LOGGER.info("processors kept awake", extra={"how": how})
         yield how
 
@@ -54,8 +58,8 @@ def _by_the_kernel(held: ExitStack) -> str:
     return "by the kernel"
 
 
-def _by_loops(held: ExitStack) -> str:
-    obstacle = _obstacle_to_loops()
+def _by_loops(held: ExitStack, *, real_time: bool) -> str:
+    obstacle = _obstacle_to_loops(real_time=real_time)
     if obstacle:
         return f"no: {obstacle}"
     cpus = sorted(os.sched_getaffinity(0))
@@ -67,7 +71,7 @@ def _by_loops(held: ExitStack) -> str:
     return f"by {len(cpus)} loops"
 
 
-def _obstacle_to_loops() -> str | None:
+def _obstacle_to_loops(*, real_time: bool) -> str | None:
     """Why loops would do no good here, or harm."""
     if not hasattr(os, "SCHED_IDLE"):
         return "not on this system"
@@ -76,8 +80,8 @@ def _obstacle_to_loops() -> str | None:
         return f"{cpus} processors are too many for loops"
     if has_quota(_CGROUPS):
         return "this container's time is limited, and loops would use it up"
-    if not may_run_in_real_time():
-        return "without the right to real-time scheduling the services would have to wait for loops"
+    if not (real_time and may_run_in_real_time()):
+        return "without real-time scheduling the services would have to wait for loops"
     if AUTOGROUP.exists() and not os.access(AUTOGROUP, os.W_OK):
         return f"loops would take a share of the time for themselves ({AUTOGROUP} is not to be written to)"
     return None

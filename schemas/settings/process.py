@@ -15,4 +15,4 @@ class ProcessSettings(Section):
     """When to keep the host's processors from sleeping, which makes every stage of a landing quicker and costs some watts: while
     `alight fly` flies, or as long as a service runs (for `alight run` on an aircraft), or never. Needs the right to write to
     /dev/cpu_dma_latency; where the kernel knows no sleep states (virtual machines), loops of the lowest priority do it, if the services
-    may run in real time."""
+    run in real time."""

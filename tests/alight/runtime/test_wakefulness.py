@@ -40,12 +40,12 @@ def is_alive(pid: int) -> bool:
 
 
 def test_nothing_is_kept_awake_that_need_not_be() -> None:
-    with kept_awake(wanted=False) as how:
+    with kept_awake(wanted=False, real_time=True) as how:
         assert how.startswith("no") and loops_of(os.getpid()) == []
 
 
 def test_a_host_is_kept_awake_or_says_why_not_and_nothing_stays_behind() -> None:
-    with kept_awake(wanted=True) as how:
+    with kept_awake(wanted=True, real_time=True) as how:
         assert how.startswith(("by ", "no: "))
         wanted = int(how.split()[1]) if how.startswith("by ") and how.endswith("loops") else 0
         assert becomes_true(lambda: len(loops_of(os.getpid())) == wanted)
@@ -74,7 +74,7 @@ def test_a_host_that_has_no_process_left_does_not_end_the_flight(
     monkeypatch.setattr(wakefulness, "AUTOGROUP", tmp_path / "none")
     monkeypatch.setattr(wakefulness, "may_run_in_real_time", lambda: True)
     monkeypatch.setattr(wakefulness.subprocess, "Popen", none_left)
-    with kept_awake(wanted=True) as how:
+    with kept_awake(wanted=True, real_time=True) as how:
         assert how.startswith("no: Resource temporarily unavailable")
 
 
@@ -128,14 +128,17 @@ def test_a_loop_that_cannot_make_itself_light_ends_at_once(tmp_path: Path, monke
 
 
 @pytest.mark.usefixtures("sleepless")
-@pytest.mark.parametrize(("real_time", "reason"), [(False, "real-time"), (True, "share of the time")])
+@pytest.mark.parametrize(
+    ("asked_for", "allowed", "reason"),
+    [(True, False, "real-time"), (False, True, "real-time"), (True, True, "share of the time")],
+)
 def test_no_loop_is_started_that_would_be_in_the_way(
-    real_time: bool, reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    asked_for: bool, allowed: bool, reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(wakefulness, "AUTOGROUP", tmp_path)
     monkeypatch.setattr(wakefulness.os, "access", lambda *_: False)  # root may write to anything
-    monkeypatch.setattr(wakefulness, "may_run_in_real_time", lambda: real_time)
-    with kept_awake(wanted=True) as how:
+    monkeypatch.setattr(wakefulness, "may_run_in_real_time", lambda: allowed)
+    with kept_awake(wanted=True, real_time=asked_for) as how:
         assert how.startswith("no: ") and reason in how and loops_of(os.getpid()) == []
 
 
