@@ -43,7 +43,8 @@ class Mission:
         self._request: MissionRequest | None = None
         self._asked: Verb | None = None
         self._landing = False
-        self._looked = False
+        self.has_looked = False
+        """Whether the vehicle was known well enough, once, to tell a start in flight."""
         self._reboots = 0
         self._was_armed = False
         self._recovering = False
@@ -96,7 +97,7 @@ class Mission:
         for outcome in self._link.take_outcomes():
             self._hands.take_outcome(outcome)
         situation = self._look(now_ns, status)
-        self._looked = self._looked or situation.first_look
+        self.has_looked = self.has_looked or situation.first_look
         if self.phase is Phase.ACQUIRE and status.mode is FlightMode.HOLD and not situation.failsafe_active:
             self._recovering = False
         step = first_transition(situation)
@@ -135,7 +136,7 @@ class Mission:
             distance_to_start_m=self._distance_to_start_m(),
             asked=self._asked,
             landing=self._landing,
-            first_look=not self._looked and status.connected and known and status.mode is not FlightMode.UNKNOWN,
+            first_look=not self.has_looked and status.connected and known and status.mode is not FlightMode.UNKNOWN,
             rebooted=self._link.reboots > self._reboots,
             was_armed=self._was_armed,
             climbing_asked=self._hands.climbing_asked,

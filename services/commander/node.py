@@ -80,6 +80,9 @@ class CommanderNode(Node):
         yield from self._act(self._mission.take_estimate(arrival.message, arrival.now_ns), arrival.now_ns)
 
     def _on_request(self, arrival: Arrival[MissionRequest]) -> Iterator[Output]:
+        if not self._mission.has_looked:
+            # What a start in flight calls for comes before what is asked, and would take the place of it in one step.
+            yield from self._act(self._mission.step(arrival.now_ns), arrival.now_ns)
         reply = self._mission.take_request(arrival.message, arrival.now_ns)
         yield from self._act(self._mission.step(arrival.now_ns), arrival.now_ns)
         yield Publication(topics.REPLY, reply)

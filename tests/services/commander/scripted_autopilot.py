@@ -45,7 +45,8 @@ class ScriptedAutopilot:
         self.replies: list[MissionReply] = []
         self.mission: MissionStatus | None = None
         self.vehicle: VehicleStatus | None = None
-        self.node = CommanderNode(Settings.model_validate({"commander": commander}))
+        self._settings = Settings.model_validate({"commander": commander})
+        self.node = CommanderNode(self._settings)
         self._booted_ns = START_NS - 10_000_000_000
         self._encoder = mavlink.MAVLink(None, 1, 1)
         self._framer = MavlinkFramer()
@@ -69,17 +70,30 @@ class ScriptedAutopilot:
     def wait(self, for_s: float) -> None:
         """Let time pass; the usual streams come in."""
         for _ in range(round(for_s * 1e9 / TICK_NS)):
-            self.now_ns += TICK_NS
-            self._stream()
+            self.stream()
             if self.sees_pad:
                 self._deliver(topics.PAD_ESTIMATE, self._estimate())
             self._take(self.node.on_tick(self.now_ns))
 
+    def stream(self) -> None:
+        """Let one period pass: the usual streams come in, and the commander does not look around of its own accord."""
+        self.now_ns += TICK_NS
+        self._stream()
+
     def ask(self, verb: Verb, **more: Any) -> None:
+        reply = self.try_asking(verb, **more)
+        assert reply.accepted, reply.reason
+
+    def try_asking(self, verb: Verb, **more: Any) -> MissionReply:
+        """Ask for what may be refused."""
         self._requests += 1
         request = MissionRequest(at_ns=self.now_ns, request_id=f"{self._requests}", verb=verb, **more)
         self._deliver(topics.REQUEST, request)
-        assert self.replies[-1].accepted, self.replies[-1].reason
+        return self.replies[-1]
+
+    def restart_commander(self) -> None:
+        """Another process takes the commander's place and knows nothing yet."""
+        self.node = CommanderNode(self._settings)
 
     def reboot(self) -> None:
         self._booted_ns = self.now_ns
