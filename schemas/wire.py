@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
+from schemas.frame import FrameHeader
 from schemas.message import SCHEMA_VERSION, Message
 from schemas.topics import Topic
 
@@ -90,9 +91,9 @@ def decode(topic: Topic[M], payload: bytes, attachment: bytes | None, encoding: 
         first = error.errors(include_url=False, include_input=False)[0]
         where = ".".join(str(part) for part in first["loc"]) or "message"
         raise RefusedError(Refusal.MALFORMED, f"{where}: {first['msg']}") from None
-    expected = getattr(message, "payload_bytes", len(payload))
-    if expected != len(payload):
-        raise RefusedError(Refusal.WRONG_PIXEL_COUNT, f"{len(payload)} bytes, the header says {expected}")
+    if isinstance(message, FrameHeader) and message.payload_bytes != len(payload):
+        detail = f"{len(payload)} bytes, the header says {message.payload_bytes}"
+        raise RefusedError(Refusal.WRONG_PIXEL_COUNT, detail)
     return message
 
 

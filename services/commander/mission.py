@@ -1,7 +1,6 @@
 """Drives the state machine: looks around, takes at most one transition, then lets the phase act."""
 
 from collections import OrderedDict
-from dataclasses import replace
 
 from alight.geometry.local_frame import LocalFrame
 from alight.runtime.clock import seconds
@@ -151,7 +150,7 @@ class Mission:
         )
         patient = phase_age_s <= self._settings.mode_patience_s
         if self._recovering and self.phase is Phase.ACQUIRE and situation.failsafe_active and patient:
-            return replace(situation, recovering=True)
+            return situation._replace(recovering=True)
         return situation
 
     def status(self, at_ns: int) -> MissionStatus:

@@ -1,7 +1,7 @@
 """Everything that a decision rests on, as of one moment."""
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from schemas.estimate import PadEstimate
 from schemas.mission import Phase, Verb
@@ -11,8 +11,7 @@ from services.commander.carried_pad import CarriedPad
 from services.commander.command_queue import Outcome
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Situation:
+class Situation(NamedTuple):
     """An immutable look around. Ages are None where the thing never came."""
 
     now_ns: int
