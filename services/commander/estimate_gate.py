@@ -74,19 +74,18 @@ class EstimateGate:
         if math.sqrt(north**2 + east**2 + down**2) > self._settings.max_distance_m:
             return Verdict.TOO_FAR
         allowed_m = max(self._settings.max_jump_m, JUMP_PART_OF_HEIGHT * down)
-        if self.newest is None or _apart_m(self.newest, estimate) <= allowed_m:
+        place = (north, east, down)
+        if self.newest is None or math.dist(vehicle.ned_of(self.newest.position), place) <= allowed_m:
             return Verdict.ACCEPTED
-        return self._judge_jump(estimate, allowed_m)
+        gone_on = (
+            self._elsewhere is not None and math.dist(vehicle.ned_of(self._elsewhere.position), place) <= allowed_m
+        )
+        return self._judge_jump(estimate, gone_on)
 
-    def _judge_jump(self, estimate: PadEstimate, allowed_m: float) -> Verdict:
+    def _judge_jump(self, estimate: PadEstimate, gone_on: bool) -> Verdict:
         """A jump is believed once the estimates at the new place have agreed for long enough."""
-        if self._elsewhere is None or _apart_m(self._elsewhere, estimate) > allowed_m:
+        if not gone_on:
             self._elsewhere_since_ns = estimate.captured_at_ns
         self._elsewhere = estimate
         agreed_ns = estimate.captured_at_ns - self._elsewhere_since_ns
         return Verdict.ACCEPTED if agreed_ns >= nanoseconds(self._settings.jump_believed_after_s) else Verdict.JUMP
-
-
-def _apart_m(one: PadEstimate, other: PadEstimate) -> float:
-    north, east, down = LocalFrame(one.position).ned_of(other.position)
-    return math.sqrt(north**2 + east**2 + down**2)

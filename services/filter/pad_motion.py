@@ -1,6 +1,7 @@
 """How a pad's coordinates, and the errors that fixes share, change while time passes."""
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,8 @@ Array = NDArray[np.float64]
 PLACE, DRIFT, SHARED = slice(0, 3), slice(3, 6), slice(6, 17)
 SIZE = 17
 """Place (3), drift (3), lasting errors (11) in the order of `Sighting.shared_m`."""
+_INTERVALS = 8
+"""So many are kept: a camera's period in whole nanoseconds is now one more, now one less, and twice as long where a frame was lost."""
 
 
 class PadMotion:
@@ -42,13 +45,11 @@ class PadMotion:
             settings.mount_time_s,
         )
         self._azimuth_wander2 = math.radians(settings.azimuth_wander_deg) ** 2
-        self._last: tuple[float, Array, Array] | None = None
+        self._known = lru_cache(maxsize=_INTERVALS)(self._computed)
 
     def over(self, ahead_s: float) -> tuple[Array, Array]:
         """The transition F and the covariance Q of what comes to it, (17, 17) each: x' = F x, P' = F P F^T + Q. Not to be changed."""
-        if self._last is None or self._last[0] != ahead_s:
-            self._last = (ahead_s, *self._computed(ahead_s))
-        return self._last[1:]
+        return self._known(ahead_s)
 
     def azimuth_variance(self, ahead_s: float) -> float:
         """What is added to that of the azimuth, rad^2."""

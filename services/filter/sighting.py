@@ -1,6 +1,7 @@
 """A fix as the Kalman filter takes it: a place in a local frame, fresh noise, and what it shares with its neighbours."""
 
 import math
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -10,12 +11,13 @@ from schemas.fix import FixVerdict, PadFix, SharedErrors
 from schemas.message import Matrix3, Vector3
 from schemas.settings.filter import FilterMethod
 from services.filter.navigation_frame import NavigationFrame
+from services.filter.pad_motion import SIZE
 
 Array = NDArray[np.float64]
 
 _LARGEST_VARIANCE_M2 = 1e8
 _NOTHING = (0.0, 0.0, 0.0)
-_PLACE_AND_DRIFT = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), _NOTHING, _NOTHING, _NOTHING)
+_PLACE_AND_DRIFT = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, *_NOTHING, *_NOTHING, *_NOTHING)
 
 
 class Sighting(NamedTuple):
@@ -57,7 +59,7 @@ def sighting_of(fix: PadFix, frame: NavigationFrame, settings: FilterMethod) -> 
         place_m=frame.continuous(seen.position, fix.captured_at_ns),
         pad_ned_m=seen.pad_ned_m,
         noise_m2=noise,
-        H=np.array((*_PLACE_AND_DRIFT, *vectors)).T,
+        H=np.fromiter(chain(_PLACE_AND_DRIFT, *vectors), np.float64, 3 * SIZE).reshape(SIZE, 3).T,
         azimuth_rad=seen.azimuth_rad,
         azimuth_noise_rad2=azimuth_noise,
         heading_rad=heading_rad,
