@@ -74,16 +74,16 @@ class EstimateGate:
         if math.sqrt(north**2 + east**2 + down**2) > self._settings.max_distance_m:
             return Verdict.TOO_FAR
         allowed_m = max(self._settings.max_jump_m, JUMP_PART_OF_HEIGHT * down)
-        place = (north, east, down)
-        if self.newest is None or math.dist(vehicle.ned_of(self.newest.position), place) <= allowed_m:
-            return Verdict.ACCEPTED
-        gone_on = (
-            self._elsewhere is not None and math.dist(vehicle.ned_of(self._elsewhere.position), place) <= allowed_m
-        )
-        return self._judge_jump(estimate, gone_on)
 
-    def _judge_jump(self, estimate: PadEstimate, gone_on: bool) -> Verdict:
-        """A jump is believed once the estimates at the new place have agreed for long enough."""
+        def is_near(other: PadEstimate) -> bool:
+            return math.dist(vehicle.ned_of(other.position), (north, east, down)) <= allowed_m
+
+        if self.newest is None or is_near(self.newest):
+            return Verdict.ACCEPTED
+        return self._judge_jump(estimate, gone_on=self._elsewhere is not None and is_near(self._elsewhere))
+
+    def _judge_jump(self, estimate: PadEstimate, *, gone_on: bool) -> Verdict:
+        """A jump is believed once the estimates at the new place have agreed for long enough; `gone_on`: so does this one."""
         if not gone_on:
             self._elsewhere_since_ns = estimate.captured_at_ns
         self._elsewhere = estimate

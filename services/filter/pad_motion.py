@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 
 PLACE, DRIFT, SHARED = slice(0, 3), slice(3, 6), slice(6, 17)
 SIZE = 17
-"""Place (3), drift (3), lasting errors (11) in the order of `Sighting.shared_m`."""
+"""Place (3), drift (3), lasting errors (11) in the order of the columns of `Sighting.H`."""
 _INTERVALS = 8
 """So many are kept: a camera's period in whole nanoseconds is now one more, now one less, and twice as long where a frame was lost."""
 

@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 _LARGEST_VARIANCE_M2 = 1e8
 _NOTHING = (0.0, 0.0, 0.0)
 _PLACE_AND_DRIFT = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, *_NOTHING, *_NOTHING, *_NOTHING)
+"""The first six columns of `Sighting.H`, one after the other."""
 
 
 class Sighting(NamedTuple):

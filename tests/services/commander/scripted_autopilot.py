@@ -78,7 +78,24 @@ class ScriptedAutopilot:
     def stream(self) -> None:
         """Let one period pass: the usual streams come in, and the commander does not look around of its own accord."""
         self.now_ns += TICK_NS
-        self._stream()
+        self._ticks += 1
+        if self._ticks % 50 == 1:
+            flags = 0x80 * self.armed + 1
+            self.say(mavlink.MAVLink_heartbeat_message(2, 12, flags, self.mode, self.system_status, 3))
+        if self.only_heartbeats:
+            return
+        if self._ticks % 50 == 1:
+            home = (LATITUDE_E7, LONGITUDE_E7, ALTITUDE_MM - 10_000, 0, 0, 0, [1, 0, 0, 0], 0, 0, 0)
+            self.say(mavlink.MAVLink_home_position_message(*home))
+        if self._ticks % 5 == 1:
+            prearm_good = mavlink.MAV_SYS_STATUS_PREARM_CHECK
+            self.say(
+                mavlink.MAVLink_current_mode_message(0, self.mode, self.mode),
+                mavlink.MAVLink_extended_sys_state_message(0, self.landed),
+                mavlink.MAVLink_sys_status_message(0, 0, prearm_good, 0, 0, 0, -1, 0, 0, 0, 0, 0, 0),
+                mavlink.MAVLink_gps_raw_int_message(0, 3, 0, 0, 500_000, 0, 0, 0, 0, 9, 547_000),
+            )
+        self.say(mavlink.MAVLink_attitude_quaternion_message(self.boot_ms, 1, 0, 0, 0, 0, 0, 0), self.position())
 
     def ask(self, verb: Verb, **more: Any) -> None:
         reply = self.try_asking(verb, **more)
@@ -106,26 +123,6 @@ class ScriptedAutopilot:
     def commands(self, command: int) -> list[Any]:
         """Those of one MAV_CMD that arrived."""
         return [message for message in self.sent if getattr(message, "command", None) == command]
-
-    def _stream(self) -> None:
-        self._ticks += 1
-        if self._ticks % 50 == 1:
-            flags = 0x80 * self.armed + 1
-            self.say(mavlink.MAVLink_heartbeat_message(2, 12, flags, self.mode, self.system_status, 3))
-        if self.only_heartbeats:
-            return
-        if self._ticks % 50 == 1:
-            home = (LATITUDE_E7, LONGITUDE_E7, ALTITUDE_MM - 10_000, 0, 0, 0, [1, 0, 0, 0], 0, 0, 0)
-            self.say(mavlink.MAVLink_home_position_message(*home))
-        if self._ticks % 5 == 1:
-            prearm_good = mavlink.MAV_SYS_STATUS_PREARM_CHECK
-            self.say(
-                mavlink.MAVLink_current_mode_message(0, self.mode, self.mode),
-                mavlink.MAVLink_extended_sys_state_message(0, self.landed),
-                mavlink.MAVLink_sys_status_message(0, 0, prearm_good, 0, 0, 0, -1, 0, 0, 0, 0, 0, 0),
-                mavlink.MAVLink_gps_raw_int_message(0, 3, 0, 0, 500_000, 0, 0, 0, 0, 9, 547_000),
-            )
-        self.say(mavlink.MAVLink_attitude_quaternion_message(self.boot_ms, 1, 0, 0, 0, 0, 0, 0), self.position())
 
     def position(self, boot_ms: int | None = None) -> Any:
         at_ms = self.boot_ms if boot_ms is None else boot_ms
