@@ -28,6 +28,8 @@ FORGOTTEN_AFTER_S = 1.5
 """A commander that is idle so long after it took a request has forgotten it."""
 RESTART_SETTLES_S = 2.0
 """A restarted commander's word on the vehicle may come after its word on the mission."""
+ENDED = frozenset({Phase.FAILED, Phase.YIELDED, Phase.ABORTED})
+"""The phases in which the commander has given a flight up."""
 STATUS_GAP_S = 0.5
 """The commander speaks of the vehicle five times a second; after a longer silence it may be another process."""
 
@@ -90,6 +92,7 @@ class FlightDirector(Node):
         self._asked_ns = 0
         self._refused: str | None = None
         self._connect_from_ns = 0
+        self._phase_asked_in_ns = 0
         self._restarted = False
         self._ask_from_ns = 0
         self._mode_before_gap = FlightMode.UNKNOWN
@@ -122,8 +125,10 @@ class FlightDirector(Node):
     def _connect(self, now_ns: int, elapsed_s: float) -> Iterator[Output]:
         if now_ns < self._connect_from_ns:
             return
-        missing = self._missing()
-        if missing is None:
+        missing, ended = self._missing(), self._ended_since_asked()
+        if ended is not None:
+            self._fail(ended)
+        elif missing is None:
             grounded = self.view.vehicle is not None and self.view.vehicle.landed_state is LandedState.ON_GROUND
             if not grounded:
                 yield from self._ask_landing(now_ns)
@@ -134,6 +139,13 @@ class FlightDirector(Node):
                 self._fail("the vehicle stands on the ground: take off by hand first, or add --takeoff")
         elif elapsed_s > self._plan.connect_timeout_s:
             self._fail(f"{self._refused or missing} after {self._plan.connect_timeout_s:.0f} s")
+
+    def _ended_since_asked(self) -> str | None:
+        """What the commander gave up for in the moment when it refused: that is no refusal to ask again after."""
+        mission = self.view.mission
+        if self._refused is None or mission is None or mission.phase not in ENDED or mission.code == RESTARTED:
+            return None
+        return None if mission.phase_since_ns == self._phase_asked_in_ns else f"{mission.phase}: {mission.reason}"
 
     def _missing(self) -> str | None:
         vehicle = self.view.vehicle
@@ -164,7 +176,7 @@ class FlightDirector(Node):
         elif self._pending is None and self._lost_memory(mission):
             # Where the vehicle is by now nobody knows: what can still be done safely is to land.
             yield from self._ask_restarted(now_ns)
-        elif mission.phase in (Phase.FAILED, Phase.YIELDED, Phase.ABORTED):
+        elif mission.phase in ENDED:
             self._fail(f"{mission.phase}: {mission.reason}")
 
     def _follow_down(self, mission: MissionStatus, now_ns: int) -> Iterator[Output]:
@@ -175,7 +187,7 @@ class FlightDirector(Node):
                 yield from self._ask_restarted(now_ns)
             else:
                 self._fail(self._refused or f"the commander restarted {self._landing_requests} times")
-        elif mission.phase in (Phase.FAILED, Phase.YIELDED, Phase.ABORTED) and not _just_restarted(mission):
+        elif mission.phase in ENDED and not _just_restarted(mission):
             self._fail(f"{mission.phase}: {mission.reason}")
 
     def _on_reply(self, arrival: Arrival[MissionReply]) -> Iterator[Output]:
@@ -226,6 +238,7 @@ class FlightDirector(Node):
 
     def _ask(self, verb: Verb, now_ns: int, start_ned_m: Vector3 | None = None) -> Output:
         self._requests += 1
+        self._phase_asked_in_ns = self.view.mission.phase_since_ns if self.view.mission else 0
         request_id = f"flight-{now_ns}-{self._requests}"
         request = MissionRequest(at_ns=now_ns, request_id=request_id, verb=verb, start_ned_m=start_ned_m)
         return self._send(request, now_ns)

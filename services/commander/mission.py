@@ -17,7 +17,7 @@ from services.commander.link import AutopilotLink
 from services.commander.mode_authority import ModeAuthority
 from services.commander.requests import may_recover, refusal
 from services.commander.situation import Situation
-from services.commander.transitions import ACTIVE, RESUMED, STREAMING, Transition, first_transition
+from services.commander.transitions import ACTIVE, RESUMED, STREAMING, Transition, asked_code, first_transition
 
 REMEMBERED_REPLIES = 256
 SERIOUS = frozenset({Phase.FAILED, Phase.ABORTED, Phase.YIELDED})
@@ -60,11 +60,10 @@ class Mission:
             self.gate.counts["drifts_not_believed"] += 1
         return self.step(now_ns, fresh=accepted)
 
-    def take_request(self, request: MissionRequest, now_ns: int) -> MissionReply:
-        """Answer a request. One that was answered before gets the same answer and is not carried out again."""
-        known = self._replies.get(request.request_id)
-        if known is not None:
-            return known.model_copy(update={"at_ns": now_ns})
+    def take_request(self, request: MissionRequest, now_ns: int) -> None:
+        """Judge a request, for the next step to carry out. One that was answered before is not judged again."""
+        if request.request_id in self._replies:
+            return
         situation = self.look(now_ns)
         why_not = refusal(request, situation, self._link.parameters)
         reply = MissionReply(
@@ -76,7 +75,10 @@ class Mission:
         self._replies[request.request_id] = reply
         while len(self._replies) > REMEMBERED_REPLIES:
             self._replies.popitem(last=False)
-        return reply
+
+    def reply_to(self, request: MissionRequest, now_ns: int) -> MissionReply:
+        """What became of a request that was taken, after the step that followed; the same for as long as it is remembered."""
+        return self._replies[request.request_id].model_copy(update={"at_ns": now_ns})
 
     def step(self, now_ns: int, fresh: bool = False) -> Setpoint | None:
         """Look, decide, act.
@@ -100,9 +102,11 @@ class Mission:
         if self.phase is Phase.ACQUIRE and status.mode is FlightMode.HOLD and not situation.failsafe_active:
             self._recovering = False
         step = first_transition(situation)
-        self._asked = None
+        asked, self._asked = self._asked, None
         if step is not None:
             self._change(*step, situation)
+            if asked is not None and step[0].code != asked_code(asked):
+                self._withdraw(situation.now_ns)
             situation = self.look(now_ns)
         return self._hands.act(situation, fresh)
 
@@ -190,6 +194,14 @@ class Mission:
             self._holds = 0
             self._recovering = may_recover(situation)
         return f"{request.verb}: {request.reason}" if request.reason else str(request.verb)
+
+    def _withdraw(self, now_ns: int) -> None:
+        """What was accepted a moment ago does not happen: something that comes before requests came in the same moment."""
+        assert self._request is not None, "a request waited"
+        request_id, self._request = self._request.request_id, None
+        self._replies[request_id] = MissionReply(
+            at_ns=now_ns, request_id=request_id, accepted=False, reason=f"{self.phase}: {self.reason}"[:500]
+        )
 
     def _change(self, row: Transition, reason: str, situation: Situation) -> None:
         before, self.phase = self.phase, row.next

@@ -83,9 +83,9 @@ class CommanderNode(Node):
         if not self._mission.has_looked:
             # What a start in flight calls for comes before what is asked, and would take the place of it in one step.
             yield from self._act(self._mission.step(arrival.now_ns), arrival.now_ns)
-        reply = self._mission.take_request(arrival.message, arrival.now_ns)
+        self._mission.take_request(arrival.message, arrival.now_ns)
         yield from self._act(self._mission.step(arrival.now_ns), arrival.now_ns)
-        yield Publication(topics.REPLY, reply)
+        yield Publication(topics.REPLY, self._mission.reply_to(arrival.message, arrival.now_ns))
 
     def _act(self, setpoint: Setpoint | None, now_ns: int) -> Iterator[Output]:
         """The bytes first: nothing may stand between a decision and the vehicle."""

@@ -7,7 +7,7 @@ Requests are judged before they come here (`requests.py`).
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from schemas.mission import Phase
+from schemas.mission import Phase, Verb
 from services.commander import conditions as when
 from services.commander.conditions import Condition
 from services.commander.situation import Situation
@@ -89,6 +89,11 @@ _ROWS: Mapping[Phase, tuple[Transition, ...]] = {
 
 RESUMED = frozenset({"estimate_stale", "vehicle_state_stale"})
 """A HOLD with one of these codes goes on with the landing by itself; any other waits to be asked."""
+
+
+def asked_code(verb: Verb) -> str:
+    """The code of the row that carries a request out."""
+    return f"{verb}_asked"
 
 
 def first_transition(situation: Situation) -> tuple[Transition, str] | None:

@@ -163,6 +163,32 @@ def test_a_refusal_too_early_is_asked_again_and_a_lasting_one_ends_the_flight() 
     assert "refused" in str(stage.director.failure)
 
 
+@pytest.mark.parametrize("status_first", [True, False])
+def test_a_pilot_who_takes_over_in_the_moment_of_asking_is_not_asked_against(status_first: bool) -> None:
+    """The commander refuses then. Status and reply come on two topics: either may be the first."""
+    stage = Stage()
+    stage.all_there()
+    if status_first:
+        stage.mission(Phase.YIELDED, "pilot_took_over", since_ns=stage.now_ns)
+    stage.reply(accepted=False)
+    if not status_first:
+        stage.mission(Phase.YIELDED, "pilot_took_over", since_ns=stage.now_ns)
+    stage.tick(5.0)
+    assert stage.verbs == [Verb.LAND]
+    assert str(stage.director.failure) == "yielded: why"
+
+
+def test_a_flight_that_somebody_else_ended_before_does_not_keep_from_asking_again() -> None:
+    stage = Stage()
+    stage.vehicle()
+    stage.mission(Phase.YIELDED, "pilot_took_over", since_ns=START_NS)
+    stage.detections()
+    stage.tick(0.1)
+    stage.reply(accepted=False)
+    stage.tick(1.5)
+    assert stage.verbs == [Verb.LAND, Verb.LAND] and not stage.director.over
+
+
 @pytest.mark.parametrize("phase", [Phase.YIELDED, Phase.ABORTED, Phase.FAILED])
 def test_what_ends_a_landing_ends_the_flight_and_nothing_more_is_asked(phase: Phase) -> None:
     stage = Stage()

@@ -104,6 +104,10 @@ class ScriptedAutopilot:
     def try_asking(self, verb: Verb, **more: Any) -> MissionReply:
         """Ask for what may be refused."""
         self._requests += 1
+        return self.ask_again(verb, **more)
+
+    def ask_again(self, verb: Verb, **more: Any) -> MissionReply:
+        """Ask once more under the last request's id, as one does who has seen no reply."""
         request = MissionRequest(at_ns=self.now_ns, request_id=f"{self._requests}", verb=verb, **more)
         self._deliver(topics.REQUEST, request)
         return self.replies[-1]
