@@ -4,10 +4,9 @@ A message is pydantic JSON in the payload. A frame's payload is its raw pixels, 
 The encoding names the message and the version of the schemas, so a reader knows what it cannot read before it tries.
 """
 
-from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from pydantic import ValidationError
 
@@ -43,8 +42,7 @@ class RefusedError(Exception):
         self.detail = detail
 
 
-@dataclass(frozen=True)
-class WireMessage:
+class WireMessage(NamedTuple):
     """What Zenoh carries for one message."""
 
     payload: bytes

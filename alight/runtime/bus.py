@@ -52,7 +52,7 @@ class Bus:
                 f"cannot join the bus (bus.listen = {list(settings.listen)}, bus.connect = {list(settings.connect)}): {error}; "
                 "is the port taken by another flight? Set bus.listen and bus.connect to a free one"
             ) from None
-        self._publishers: dict[str, Any] = {}
+        self._publishers: dict[tuple[Topic[Any], str], Any] = {}
         self._held: list[Any] = []
 
     @property
@@ -117,10 +117,10 @@ class Bus:
         self._session.close()  # type: ignore[no-untyped-call]
 
     def _publisher(self, topic: Topic[Any], service: str) -> Any:
-        key = topic.key(self._vehicle, service)
-        publisher = self._publishers.get(key)
+        publisher = self._publishers.get((topic, service))
         if publisher is None:
-            publisher = self._publishers[key] = self._declare_publisher(topic, key)
+            publisher = self._declare_publisher(topic, topic.key(self._vehicle, service))
+            self._publishers[topic, service] = publisher
         return publisher
 
     def _declare_publisher(self, topic: Topic[Any], key: str) -> Any:

@@ -25,9 +25,10 @@ from alight.runtime.node import Arrival, Node, Output, Publication, Transmission
 from alight.runtime.peer_clocks import PeerClocks, peers_of
 from alight.runtime.port import Port
 from schemas import topics
+from schemas.message import Message
 from schemas.settings import Settings
 from schemas.topics import Delivery, Topic
-from schemas.wire import encode
+from schemas.wire import WireMessage, encode
 
 IDLE_S = 0.2
 """The loop looks at the stop flag at least this often."""
@@ -35,21 +36,22 @@ _HAS_WAITED_NS = nanoseconds(0.001)
 """A picture that is received this soon after the last one was done had come before."""
 
 
-class _Pixels(NamedTuple):
-    """A picture, and the same as it travels."""
+class _Packed(NamedTuple):
+    """A message with its last hop, and the same as it travels."""
 
-    plain: bytes
+    topic: Topic[Any]
+    message: Message
+    wire: WireMessage
     held: Any
+    """The picture in shared memory, if it is there."""
 
 
 class _Due(NamedTuple):
-    """What is kept back until its time, ready to leave."""
+    """What is kept back until its time. Nothing but the sending is left to do then."""
 
     at_ns: int
     number: int
-    output: Output
-    cause: Arrival[Any] | None
-    pixels: _Pixels | None
+    packed: _Packed | Transmission
 
 
 class LiveRunner:
@@ -203,36 +205,37 @@ class LiveRunner:
         """Send what may leave now. What has a time of release goes through the heap, so that it leaves in that order."""
         for output in outputs:
             if output.release_at_ns is None:
-                self._emit(output, cause, self._pixels_of(output))
+                self._send(self._packed(output, cause))
             else:
-                heapq.heappush(
-                    self._due, _Due(output.release_at_ns, self._made, output, cause, self._pixels_of(output))
-                )
+                heapq.heappush(self._due, _Due(output.release_at_ns, self._made, self._packed(output, cause)))
                 self._made += 1
         self._release(self._clock.now_ns())
 
     def _release(self, now_ns: int) -> None:
         while self._due and self._due[0].at_ns <= now_ns:
-            due = heapq.heappop(self._due)
-            self._emit(due.output, due.cause, due.pixels)
+            self._send(heapq.heappop(self._due).packed)
 
-    def _pixels_of(self, output: Output) -> _Pixels | None:
-        if isinstance(output, Transmission) or output.pixels is None:
-            return None
-        plain = output.pixels.tobytes()
-        return _Pixels(plain, self._memory.held(plain))
-
-    def _emit(self, output: Output, cause: Arrival[Any] | None, pixels: _Pixels | None) -> None:
+    def _packed(self, output: Output, cause: Arrival[Any] | None) -> _Packed | Transmission:
+        """An output ready to leave: now, or at its time of release, which is then what its hop says."""
         if isinstance(output, Transmission):
-            port = self._ports.get(output.port)
+            return output
+        plain = held = None
+        if output.pixels is not None:
+            plain = output.pixels.tobytes()
+            held = self._memory.held(plain)
+        leaves_ns = max(self._clock.now_ns(), output.release_at_ns or 0)
+        message = self._host.stamped(output, cause, leaves_ns)
+        return _Packed(output.topic, message, encode(output.topic, message, plain), held)
+
+    def _send(self, packed: _Packed | Transmission) -> None:
+        if isinstance(packed, Transmission):
+            port = self._ports.get(packed.port)
             if port is not None:
-                port.send(output.data)
+                port.send(packed.data)
             return
-        now_ns = self._clock.now_ns()
-        message = self._host.stamped(output, cause, now_ns)
-        plain, held = pixels or (None, None)
-        self.bus.publish(output.topic, self._host.node.service, encode(output.topic, message, plain), held)
-        self._host.health.published(output.topic, message, now_ns)  # counted last: nobody waits for that
+        self.bus.publish(packed.topic, self._host.node.service, packed.wire, packed.held)
+        # Counted last: nobody waits for that.
+        self._host.health.published(packed.topic, packed.message, self._clock.now_ns())
 
 
 def _next_due(due_ns: int, period_ns: int, now_ns: int) -> int:

@@ -6,7 +6,7 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from schemas.topics import Delivery, Topic
 
@@ -15,8 +15,7 @@ CAPACITY = 2000
 arriving bytes, as on any radio link."""
 
 
-@dataclass
-class Letter:
+class Letter(NamedTuple):
     """A message as it came over the bus, or bytes as they came through a port."""
 
     received_at_ns: int

@@ -121,6 +121,18 @@ class Surveyor(Node):
         yield Publication(topics.PAD_FIX, PadFix(captured_at_ns=now_ns, verdict=FixVerdict.NO_MARKER))
 
 
+class Planner(Node):
+    """Knows every fix 10 ms before its time, and makes them in the wrong order."""
+
+    service = "geolocator"
+    tick_period_ns = 20_000_000
+
+    def on_tick(self, now_ns: int) -> Iterator[Output]:
+        for release_at_ns in (now_ns + 10_000_000, now_ns + 5_000_000):
+            fix = PadFix(captured_at_ns=release_at_ns - 1_000_000, verdict=FixVerdict.NO_MARKER)
+            yield Publication(topics.PAD_FIX, fix, release_at_ns=release_at_ns)
+
+
 class Weigher(Node):
     """Answers each fix at once, and ticks besides; notes who runs it, and whether two ever did."""
 
@@ -256,6 +268,32 @@ def test_who_joins_late_gets_the_newest_state(start: Callable[[Node], LiveRunner
     eye = Eye()
     start(eye)
     wait_for(lambda: len(eye.calibrations) == 1)
+
+
+def test_what_is_kept_back_leaves_in_the_order_of_its_times_and_says_so(start: Callable[[Node], LiveRunner]) -> None:
+    clerk = Clerk(topics.PAD_FIX)
+    start(clerk)
+    start(Planner())
+    wait_for(lambda: len(clerk.kept) >= 20)
+    kept = clerk.kept[:20]
+    assert [fix.captured_at_ns for fix in kept] == sorted(fix.captured_at_ns for fix in kept)
+    # A busy machine may make one after its time: then it left when it was made.
+    lateness_ns = [fix.hops[-1].published_at_ns - fix.captured_at_ns - 1_000_000 for fix in kept]
+    assert min(lateness_ns) == 0
+    assert all(fix.hops[-1].received_at_ns <= fix.hops[-1].published_at_ns for fix in kept)
+
+
+def test_what_is_kept_back_does_not_come_before_its_time(start: Callable[[Node], LiveRunner]) -> None:
+    class Punctual(Clerk):
+        def keep(self, arrival: Arrival[Any]) -> tuple[()]:
+            self.kept.append(arrival.received_at_ns - arrival.message.hops[-1].published_at_ns)
+            return ()
+
+    clerk = Punctual(topics.PAD_FIX)
+    start(clerk)
+    start(Planner())
+    wait_for(lambda: len(clerk.kept) >= 20)
+    assert min(clerk.kept) > 0
 
 
 def test_the_journal_waits_for_a_recorder_that_comes_late(start: Callable[[Node], LiveRunner]) -> None:
