@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from flight_process import flight
+from flight_process import IN_THE_AIR, flight
 
 from schemas import topics
 from schemas.topics import SERVICES
@@ -28,7 +28,7 @@ def test_a_live_flight_lands_on_the_pad_and_leaves_recording_and_report(tmp_path
 
 
 def test_ctrl_c_stops_everything_in_order(tmp_path: Path) -> None:
-    with flight(tmp_path / "flight") as running:
+    with flight(tmp_path / "flight", IN_THE_AIR) as running:
         running.wait_for_line(lambda line: "descend" in line)
         pids = [running.pid_of(service) for service in sorted(SERVICES)]
         running.process.send_signal(2)
