@@ -1,4 +1,8 @@
-"""From the light on the sensor to the setpoint, measured by the stamps of one live flight with nothing else running."""
+"""From the light on the sensor to the setpoint, measured by the stamps of one live flight with nothing else running.
+
+Beside it, before and after the flight: what the same messages cost with nothing of ours in them, so that a slow hour of the host is
+not taken for slow code, nor slow code for one.
+"""
 
 import subprocess
 import sys
@@ -6,15 +10,20 @@ import tempfile
 from pathlib import Path
 
 from schemas import topics
+from station.bench.bare_hop import bare_hop
 from station.bench.table import print_table
 from station.flight_record import read_flight
 from station.metrics.latency import LatencyBudget, Percentiles, latency_budget
 
 TARGET_P50_MS, TARGET_P99_MS = 2.5, 8.0
+TARGET_HOP_MS = 0.4
+"""What the target takes a bare hop for."""
+HOPS = 4
 
 
 def bench_overhead() -> None:
     """Fly once and print the budget by stage, and the overhead: the total without the detector's own time."""
+    before = bare_hop()
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "flight"
         command = [sys.executable, "-m", "station", "fly", "--out", str(out)]
@@ -26,10 +35,10 @@ def bench_overhead() -> None:
     if budget is None:
         print("no figures: the flight has no setpoint that a new estimate caused")
         return
-    _print(budget)
+    _print(budget, (before, bare_hop()))
 
 
-def _print(budget: LatencyBudget) -> None:
+def _print(budget: LatencyBudget, hops: tuple[Percentiles, Percentiles]) -> None:
     rows = [_row(f"{stage.service} {stage.stage}", stage.time) for stage in budget.stages]
     rows += [_row("total", budget.total), _row("overhead = total - detector handling", budget.overhead)]
     title = f"Capture to setpoint over {budget.setpoints} setpoints of one live flight, ms"
@@ -38,6 +47,12 @@ def _print(budget: LatencyBudget) -> None:
     print(
         f"overhead p50 {p50:.2f} ms (target <= {TARGET_P50_MS}: {'met' if p50 <= TARGET_P50_MS else 'MISSED'}), "
         f"p99 {p99:.2f} ms (target <= {TARGET_P99_MS}: {'met' if p99 <= TARGET_P99_MS else 'MISSED'})"
+    )
+    before, after = (hop.p50_ms for hop in hops)
+    bare_ms = HOPS * (before + after) / 2.0
+    print(
+        f"a bare hop took {before:.2f} ms before the flight and {after:.2f} ms after it (the target counts on {TARGET_HOP_MS}): "
+        f"overhead p50 is {p50 / bare_ms:.2f} times {HOPS} of them (target: {TARGET_P50_MS / (HOPS * TARGET_HOP_MS):.2f})"
     )
 
 
