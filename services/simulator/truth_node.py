@@ -19,6 +19,13 @@ SILENT_NS = 1_000_000_000
 WANTED_HZ = 100.0
 MAX_ROUND_TRIP_NS = 50_000_000
 STANDING_MPS = 0.1
+FLOOR_PARAMETER = "SIH_LOC_H0"
+"""Altitude of the simulation's ground, metres above mean sea level."""
+FLOOR_PERIOD_NS = 500_000_000
+FLOOR_REQUESTS = 6
+"""A simulation that does not know the parameter says nothing: after so many requests the vehicle is taken to stand on the ground."""
+FLOOR_NEAR_M = 2.0
+"""A vehicle that stands farther away from that altitude stands on something else."""
 ON_GROUND = 1
 SYSTEM_ID = 254
 COMPONENT_ID = 190
@@ -28,8 +35,10 @@ class TruthNode(Node):
     """Asks the simulation for HIL_STATE_QUATERNION (its truth) and publishes it as GROUND_TRUTH.
 
     Home is the first sample on the ground; the pad lies at the configured offset from it. The simulation has no legs: its body stands on
-    the ground, so the ground is taken to be `vehicle.gear_height_m` below it, as in the embedded simulator. Until home is known, and until
-    TIMESYNC has told the autopilot's time, nothing is published.
+    the ground, so the ground is taken to be `vehicle.gear_height_m` below it, as in the embedded simulator. How high its ground is, the
+    simulation is asked: it stops a vehicle that has sunk into it and leaves it there, on a busy host a quarter of a metre deep (measured),
+    and whoever took that for the ground would find the next landing hanging in the air. Until home is known, and until TIMESYNC has told
+    the autopilot's time, nothing is published.
     """
 
     service = "simulator"
@@ -50,6 +59,9 @@ class TruthNode(Node):
         self._best_round_trip_ns = MAX_ROUND_TRIP_NS
         self._heartbeat_due_ns = 0
         self._timesync_due_ns = 0
+        self._floor_m: float | None = None
+        self._floor_due_ns = 0
+        self._floor_requests = 0
         self._heard_at_ns = 0
         self._newest_ns = 0
         self._refused = 0
@@ -72,6 +84,14 @@ class TruthNode(Node):
         if now_ns >= self._timesync_due_ns:
             self._timesync_due_ns = now_ns + TIMESYNC_NS
             out.append(self._send(dialect.MAVLink_timesync_message(0, now_ns)))
+        if self._asks_floor and now_ns >= self._floor_due_ns:
+            self._floor_due_ns = now_ns + FLOOR_PERIOD_NS
+            self._floor_requests += self._heard_at_ns > 0
+            out.append(
+                self._send(
+                    dialect.MAVLink_param_request_read_message(self._target, 1, FLOOR_PARAMETER.encode("ascii"), -1)
+                )
+            )
         return out
 
     def on_bytes(self, port: str, data: bytes, now_ns: int) -> Outputs:  # noqa: ARG002
@@ -86,6 +106,8 @@ class TruthNode(Node):
                     self._keep_time(message, now_ns)
                 elif kind == "EXTENDED_SYS_STATE":
                     self._landed = message.landed_state == ON_GROUND
+                elif kind == "PARAM_VALUE":
+                    self._take_parameter(message)
                 elif kind == "HIL_STATE_QUATERNION":
                     self._heard_at_ns = now_ns
                     out += self._take(message, now_ns)
@@ -103,6 +125,14 @@ class TruthNode(Node):
             return ("waiting for the vehicle to stand on the ground: its place there is home",)
         return ()
 
+    @property
+    def _asks_floor(self) -> bool:
+        return self._world is None and self._floor_m is None and self._floor_requests < FLOOR_REQUESTS
+
+    def _take_parameter(self, message: Message) -> None:
+        if message.param_id == FLOOR_PARAMETER and math.isfinite(message.param_value):
+            self._floor_m = message.param_value
+
     def _keep_time(self, message: Message, now_ns: int) -> None:
         """Take the offset of the quickest round trip; an old one counts less and less, since clocks drift."""
         if message.tc1 == 0:
@@ -116,7 +146,8 @@ class TruthNode(Node):
     def _take(self, message: Message, now_ns: int) -> list[Output]:
         position = (message.lat * 1e-7, message.lon * 1e-7, message.alt * 1e-3)
         speed = math.sqrt(message.vx**2 + message.vy**2 + message.vz**2) * 1e-2
-        if self._world is None and self._landed and speed < STANDING_MPS and position[:2] != (0.0, 0.0):
+        standing = self._landed and speed < STANDING_MPS and position[:2] != (0.0, 0.0)
+        if self._world is None and standing and not self._asks_floor:
             self._world = self._world_at(*position)
         if self._world is None or self._offset_ns is None:
             return []
@@ -129,7 +160,10 @@ class TruthNode(Node):
         return [Publication(GROUND_TRUTH, self._truth(message, position, quaternion, self._world, at_ns))]
 
     def _world_at(self, latitude_deg: float, longitude_deg: float, altitude_amsl_m: float) -> World:
-        ground_m = altitude_amsl_m - self._settings.vehicle.gear_height_m
+        floor_m = altitude_amsl_m
+        if self._floor_m is not None and abs(self._floor_m - altitude_amsl_m) <= FLOOR_NEAR_M:
+            floor_m = self._floor_m
+        ground_m = floor_m - self._settings.vehicle.gear_height_m
         home = self._settings.home.model_copy(
             update={"latitude_deg": latitude_deg, "longitude_deg": longitude_deg, "altitude_amsl_m": ground_m}
         )

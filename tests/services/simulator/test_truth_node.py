@@ -41,6 +41,13 @@ class Px4:
         self.now_ns += delay_ns
         self.say(mavlink.MAVLink_timesync_message(self.now_ns - delay_ns // 2 - BOOT_NS, asked.ts1))
 
+    def floor(self, altitude_amsl_m: float = ALTITUDE_MM / 1000) -> None:
+        """Answer with the altitude of the ground."""
+        self.say(mavlink.MAVLink_param_value_message(b"SIH_LOC_H0", altitude_amsl_m, 9, 1, 0))
+
+    def floor_asked(self) -> bool:
+        return any(message.get_type() == "PARAM_REQUEST_READ" for message in self.asked())
+
     def landed(self, state: int = 1) -> None:
         self.say(mavlink.MAVLink_extended_sys_state_message(0, state))
 
@@ -73,6 +80,7 @@ def test_it_asks_for_the_truth_until_it_comes(px4):
 
 
 def test_nothing_is_published_before_time_and_home_are_known(px4):
+    px4.floor()
     assert px4.truth() == []
     px4.answer_timesync()
     px4.landed(2)
@@ -83,6 +91,7 @@ def test_nothing_is_published_before_time_and_home_are_known(px4):
 
 def test_the_pad_lies_at_its_offset_from_where_the_vehicle_first_stood(px4):
     px4.answer_timesync()
+    px4.floor()
     px4.landed()
     (standing,) = px4.truth()
     (flying,) = px4.truth(up_m=10.0, north_m=5.0)
@@ -92,8 +101,49 @@ def test_the_pad_lies_at_its_offset_from_where_the_vehicle_first_stood(px4):
     assert not flying.touching_ground
 
 
+@pytest.mark.parametrize("sunk_m", [0.0, 0.25])
+def test_a_vehicle_that_has_sunk_into_the_ground_tells_not_where_the_ground_is(px4, sunk_m):
+    """The simulation leaves it where its last step had brought it; the next landing ends on the ground again."""
+    px4.answer_timesync()
+    px4.floor()
+    px4.landed()
+    (standing,) = px4.truth(up_m=-sunk_m)
+    px4.truth(up_m=3.0)
+    (landed,) = px4.truth(up_m=-0.001)
+    assert standing.touching_ground and landed.touching_ground
+    assert landed.vehicle_from_pad_ned_m[2] == pytest.approx(-0.2, abs=0.01)
+
+
+def test_without_an_answer_the_vehicle_is_taken_to_stand_on_the_ground(px4):
+    """Another simulation has no such parameter. It is asked a few times, from when it is first heard, and no more."""
+    px4.answer_timesync()
+    px4.landed()
+    for _ in range(20):  # nothing is heard yet, however long that takes
+        px4.now_ns += 500_000_000
+        assert px4.floor_asked()
+    published: list = []
+    asked = 0
+    while not published:
+        published = px4.truth(up_m=1.5)
+        px4.now_ns += 500_000_000
+        asked += px4.floor_asked()
+        assert asked < 10
+    assert published[0].touching_ground and published[0].vehicle_from_pad_ned_m[2] == pytest.approx(-0.2, abs=0.01)
+    px4.now_ns += 500_000_000
+    assert not px4.floor_asked()
+
+
+def test_a_ground_that_is_far_from_where_the_vehicle_stands_is_not_believed(px4):
+    px4.answer_timesync()
+    px4.floor(altitude_amsl_m=0.0)
+    px4.landed()
+    (standing,) = px4.truth()
+    assert standing.touching_ground
+
+
 def test_its_stamp_is_the_sample_time_in_utc(px4):
     px4.answer_timesync()
+    px4.floor()
     px4.landed()
     (message,) = px4.truth()
     assert message.at_ns == pytest.approx(px4.now_ns, abs=2_000)
@@ -101,6 +151,7 @@ def test_its_stamp_is_the_sample_time_in_utc(px4):
 
 def test_a_flipped_quaternion_is_the_same_attitude_and_nonsense_is_dropped(px4):
     px4.answer_timesync()
+    px4.floor()
     px4.landed()
     half = math.sqrt(0.5)
     (one,) = px4.truth(q=(half, 0.0, 0.0, half))
