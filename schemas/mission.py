@@ -35,6 +35,10 @@ class Phase(StrEnum):
     """It cannot go on; the reason says why. The vehicle was told to hold if it was told anything."""
 
 
+GIVEN_UP = frozenset({Phase.ABORTED, Phase.YIELDED, Phase.FAILED})
+"""The phases in which the commander does not go on by itself with what it was asked."""
+
+
 class Verb(StrEnum):
     """What may be asked."""
 

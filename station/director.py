@@ -14,7 +14,7 @@ from schemas import topics
 from schemas.fix import FixVerdict
 from schemas.health import Health
 from schemas.message import Vector3
-from schemas.mission import MissionReply, MissionRequest, MissionStatus, Phase, Verb
+from schemas.mission import GIVEN_UP, MissionReply, MissionRequest, MissionStatus, Phase, Verb
 from schemas.settings import Settings
 from schemas.vehicle import FlightMode, LandedState, VehicleStatus
 
@@ -28,8 +28,6 @@ FORGOTTEN_AFTER_S = 1.5
 """A commander that is idle so long after it took a request has forgotten it."""
 RESTART_SETTLES_S = 2.0
 """A restarted commander's word on the vehicle may come after its word on the mission."""
-ENDED = frozenset({Phase.FAILED, Phase.YIELDED, Phase.ABORTED})
-"""The phases in which the commander has given a flight up."""
 STATUS_GAP_S = 0.5
 """The commander speaks of the vehicle five times a second; after a longer silence it may be another process."""
 
@@ -143,7 +141,7 @@ class FlightDirector(Node):
     def _ended_since_asked(self) -> str | None:
         """What the commander gave up for in the moment when it refused: that is no refusal to ask again after."""
         mission = self.view.mission
-        if self._refused is None or mission is None or mission.phase not in ENDED or mission.code == RESTARTED:
+        if self._refused is None or mission is None or mission.phase not in GIVEN_UP or mission.code == RESTARTED:
             return None
         return None if mission.phase_since_ns == self._phase_asked_in_ns else f"{mission.phase}: {mission.reason}"
 
@@ -176,7 +174,7 @@ class FlightDirector(Node):
         elif self._pending is None and self._lost_memory(mission):
             # Where the vehicle is by now nobody knows: what can still be done safely is to land.
             yield from self._ask_restarted(now_ns)
-        elif mission.phase in ENDED:
+        elif mission.phase in GIVEN_UP:
             self._fail(f"{mission.phase}: {mission.reason}")
 
     def _follow_down(self, mission: MissionStatus, now_ns: int) -> Iterator[Output]:
@@ -187,7 +185,7 @@ class FlightDirector(Node):
                 yield from self._ask_restarted(now_ns)
             else:
                 self._fail(self._refused or f"the commander restarted {self._landing_requests} times")
-        elif mission.phase in ENDED and not _just_restarted(mission):
+        elif mission.phase in GIVEN_UP and not _just_restarted(mission):
             self._fail(f"{mission.phase}: {mission.reason}")
 
     def _on_reply(self, arrival: Arrival[MissionReply]) -> Iterator[Output]:

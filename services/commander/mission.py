@@ -5,7 +5,7 @@ from collections import OrderedDict
 from alight.geometry.local_frame import LocalFrame
 from alight.runtime.clock import seconds
 from schemas.estimate import PadEstimate
-from schemas.mission import MissionReply, MissionRequest, MissionStatus, Phase, Verb
+from schemas.mission import GIVEN_UP, MissionReply, MissionRequest, MissionStatus, Phase, Verb
 from schemas.setpoint import Setpoint
 from schemas.settings.commander import CommanderSettings
 from schemas.vehicle import FlightMode, LandedState, VehicleState, VehicleStatus
@@ -20,7 +20,6 @@ from services.commander.situation import Situation
 from services.commander.transitions import ACTIVE, RESUMED, STREAMING, Transition, asked_code, first_transition
 
 REMEMBERED_REPLIES = 256
-SERIOUS = frozenset({Phase.FAILED, Phase.ABORTED, Phase.YIELDED})
 
 
 class Mission:
@@ -213,7 +212,7 @@ class Mission:
         elif row.next not in ACTIVE or row.next is Phase.HOLD:
             self._landing = False
         self._hands.begin(row.next, before, row.code, situation)
-        severity = mavlink.MAV_SEVERITY_WARNING if row.next in SERIOUS else mavlink.MAV_SEVERITY_INFO
+        severity = mavlink.MAV_SEVERITY_WARNING if row.next in GIVEN_UP else mavlink.MAV_SEVERITY_INFO
         self._link.say(f"{row.next}: {row.code}", severity)
 
     def _pad(self, now_ns: int) -> CarriedPad | None:
