@@ -4,7 +4,6 @@
 """
 
 import json
-import socket
 import subprocess
 import sys
 import threading
@@ -17,6 +16,7 @@ from alight.runtime.bus import Bus
 from alight.runtime.priority import prioritise
 from alight.runtime.wakefulness import kept_awake
 from schemas.settings.bus import BusSettings
+from station.bench.free_port import free_port
 from station.metrics.latency import Percentiles, percentiles
 
 MESSAGES = 200
@@ -35,9 +35,7 @@ def bare_hop(messages: int = MESSAGES) -> Percentiles:
     Raises:
         RuntimeError: If the messages do not arrive.
     """
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
     with kept_awake(wanted=True, real_time=True):
         command = [sys.executable, "-m", "station.bench.bare_hop"]
         with (
@@ -54,15 +52,19 @@ def bare_hop(messages: int = MESSAGES) -> Percentiles:
 def _send(endpoint: str, messages: int) -> None:
     bus = Bus("bench", BusSettings(connect=(endpoint,)))
     publisher: Any = bus.session.declare_publisher(_KEY)
-    deadline_s = time.monotonic() + _PATIENCE_S
-    while not publisher.matching_status.matching and time.monotonic() < deadline_s:
-        time.sleep(0.05)
+    _wait_for_reader(publisher, there=True)
     rest = bytes(SIZE_BYTES - 8)
     for _ in range(messages):
         time.sleep(PERIOD_S)
         publisher.put(time.time_ns().to_bytes(8, "little") + rest)
-    time.sleep(0.2)
+    _wait_for_reader(publisher, there=False)  # it leaves when it has them all
     bus.close()
+
+
+def _wait_for_reader(publisher: Any, *, there: bool) -> None:
+    deadline_s = time.monotonic() + _PATIENCE_S
+    while bool(publisher.matching_status.matching) is not there and time.monotonic() < deadline_s:
+        time.sleep(0.05)
 
 
 def _receive(endpoint: str, messages: int) -> None:

@@ -20,6 +20,7 @@ from schemas.health import Health
 from schemas.setpoint import Setpoint
 from schemas.settings import Settings
 from schemas.settings.bus import BusSettings
+from station.bench.free_port import free_port
 from station.bench.table import print_table
 from station.flight_record import read_flight
 from station.mcap_parts import PartsReader
@@ -78,7 +79,7 @@ class _Flight:
     def __init__(self, out: Path, frames: str | None) -> None:
         self._out = out
         self._frames = frames
-        self._endpoint = f"tcp/127.0.0.1:{_free_port(socket.SOCK_STREAM)}"
+        self._endpoint = f"tcp/127.0.0.1:{free_port(socket.SOCK_STREAM)}"
         self._heard: list[bytes] = []
 
     def fly(self, arm: _Arm) -> None:
@@ -104,7 +105,7 @@ class _Flight:
             self._look_at_recording(arm)
 
     def _command(self) -> list[str]:
-        autopilot, companion = (_free_port(socket.SOCK_DGRAM) for _ in range(2))
+        autopilot, companion = (free_port(socket.SOCK_DGRAM) for _ in range(2))
         wanted = [
             f'bus.connect=["{self._endpoint}"]',
             f"simulator.url=udp://127.0.0.1:{autopilot}?to=127.0.0.1:{companion}",
@@ -177,9 +178,3 @@ def _machine_s() -> tuple[float, float]:
         ticks = os.sysconf("SC_CLK_TCK")
         return (fields[3] + fields[4]) / ticks, sum(fields) / ticks
     return float("nan"), float("nan")
-
-
-def _free_port(kind: int) -> int:
-    with socket.socket(socket.AF_INET, kind) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
