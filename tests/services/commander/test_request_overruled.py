@@ -1,13 +1,13 @@
 """What is asked in the moment when the commander gives up is refused, with the reason: `accepted` would promise what nobody does."""
 
 import pytest
-from scripted_autopilot import OFFBOARD, ScriptedAutopilot
+from scripted_autopilot import OFFBOARD, TICK_NS, ScriptedAutopilot
 
 from schemas.mission import Phase, Verb
+from schemas.settings.commander import CommanderSettings
 from services.commander.transitions import asked_code
 
-LINK_TIMEOUT_S = 2.0
-PERIOD_S = 0.02
+LINK_TIMEOUT_S = CommanderSettings().link.timeout_s
 
 
 def landing(phase: Phase) -> ScriptedAutopilot:
@@ -20,13 +20,18 @@ def landing(phase: Phase) -> ScriptedAutopilot:
     return autopilot
 
 
+def fall_silent(autopilot: ScriptedAutopilot, for_s: float) -> None:
+    """Nothing goes over the link any more, and the commander has not looked around since."""
+    autopilot.linked = False
+    for _ in range(round(for_s * 1e9 / TICK_NS)):
+        autopilot.stream()
+
+
 @pytest.mark.parametrize("phase", [Phase.ACQUIRE, Phase.DESCEND])
 def test_an_abort_that_no_autopilot_would_hear_of_is_refused(phase: Phase) -> None:
     """The link has been silent for too long, and the abort comes before the tick that would have noticed."""
     autopilot = landing(phase)
-    autopilot.linked = False
-    for _ in range(round(LINK_TIMEOUT_S / PERIOD_S) + 2):
-        autopilot.stream()
+    fall_silent(autopilot, LINK_TIMEOUT_S + 0.04)
     before = autopilot.mission
     assert before is not None
     reply = autopilot.try_asking(Verb.ABORT)
@@ -42,9 +47,7 @@ def test_what_is_accepted_is_what_is_done(verb: Verb, silent_s: float) -> None:
     """However long the link has been silent: the reply and the phase that follows say the same."""
     autopilot = landing(Phase.ACQUIRE)
     autopilot.ask(Verb.HOLD)
-    autopilot.linked = False
-    for _ in range(round(silent_s / PERIOD_S)):
-        autopilot.stream()
+    fall_silent(autopilot, silent_s)
     reply = autopilot.try_asking(verb)
     assert autopilot.mission is not None
     done = autopilot.mission.code == asked_code(verb) and autopilot.mission.request_id == reply.request_id
@@ -54,9 +57,7 @@ def test_what_is_accepted_is_what_is_done(verb: Verb, silent_s: float) -> None:
 def test_the_same_request_again_gets_the_same_answer() -> None:
     """A reply may be lost, and the commander must not abort, later, what it said it would not."""
     autopilot = landing(Phase.ACQUIRE)
-    autopilot.linked = False
-    for _ in range(round(LINK_TIMEOUT_S / PERIOD_S) + 2):
-        autopilot.stream()
+    fall_silent(autopilot, LINK_TIMEOUT_S + 0.04)
     refused = autopilot.try_asking(Verb.ABORT)
     autopilot.linked, autopilot.mode = True, OFFBOARD
     autopilot.wait(0.5)
