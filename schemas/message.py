@@ -46,7 +46,8 @@ class Hop(Part):
     handled_at_ns: Nanoseconds
     """When the service took it up (later than received: it waited in a queue), UTC ns."""
     published_at_ns: Nanoseconds
-    """When the result left the service, UTC ns."""
+    """When the result left the service, UTC ns. What a simulated sensor keeps back until its time carries that time, though it leaves some
+    hundredths of a millisecond later."""
 
 
 class Message(Part):
