@@ -121,8 +121,12 @@ class TruthNode(Node):
         """See `Node.complaints`."""
         if now_ns - self._heard_at_ns > SILENT_NS:
             return (f"no ground truth (HIL_STATE_QUATERNION) from system {self._target} on {self._settings.truth_url}",)
+        if self._asks_floor:
+            return (f"asking the simulation how high its ground is ({FLOOR_PARAMETER})",)
         if self._world is None:
             return ("waiting for the vehicle to stand on the ground: its place there is home",)
+        if self._offset_ns is None:
+            return (f"no ground truth yet: system {self._target} does not answer TIMESYNC",)
         return ()
 
     @property

@@ -159,3 +159,18 @@ def test_a_flipped_quaternion_is_the_same_attitude_and_nonsense_is_dropped(px4):
     assert one.q_ned_body == pytest.approx(other.q_ned_body)
     assert px4.truth(q=(0.0, 0.0, 0.0, 0.0)) == []
     assert px4.truth(q=(math.nan, 0.0, 0.0, 0.0)) == []
+
+
+def test_it_says_what_it_waits_for(px4):
+    def waits_for() -> str:
+        return "; ".join(px4.node.complaints(px4.now_ns))
+
+    px4.truth()
+    assert "SIH_LOC_H0" in waits_for()
+    px4.floor()
+    assert "stand on the ground" in waits_for()
+    px4.landed()
+    px4.truth()
+    assert "TIMESYNC" in waits_for()
+    px4.answer_timesync()
+    assert waits_for() == ""
