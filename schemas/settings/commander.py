@@ -45,6 +45,9 @@ class GateSettings(Section):
     the pad is allowed instead, if that is more."""
     jump_believed_after_s: float = Field(default=1.5, gt=0.0, le=60.0)
     """When the estimates held back agree with each other for this long, the pad is believed to be there, seconds."""
+    solution_jump_m: float = Field(default=0.3, gt=0.0, le=100.0)
+    """When the vehicle's position changes by so much more than its velocity explains, it is the navigation solution that has jumped (an
+    estimator reset): the pad and the setpoint go along with it, metres."""
 
 
 class CarrySettings(Section):

@@ -51,8 +51,7 @@ def carried(estimate: PadEstimate, settings: CarrySettings, now_ns: int) -> Carr
         now_ns: The time, UTC ns.
     """
     age_s = max(0.0, seconds(now_ns - estimate.captured_at_ns))
-    # The place cannot speak of a time before the picture; and of one to come it says nothing yet.
-    since_ns = max(estimate.position_at_ns or 0, estimate.captured_at_ns)
+    since_ns = place_at_ns(estimate)
     until_ns = min(now_ns, estimate.captured_at_ns + nanoseconds(settings.for_s))
     position, told_mps = estimate.position, estimate.velocity_ned_mps
     drift_sigma_mps = believed_drift_sigma_mps(estimate, settings)
@@ -63,6 +62,11 @@ def carried(estimate: PadEstimate, settings: CarrySettings, now_ns: int) -> Carr
         position = moved_by_ned(position, (north, east, down))
     sigma_m = _to_the_sides(estimate.covariance_ned_m2) + drift_sigma_mps * age_s
     return CarriedPad(position, estimate.azimuth_rad, sigma_m, told_mps if until_ns == now_ns else STILL)
+
+
+def place_at_ns(estimate: PadEstimate) -> int:
+    """The time that the place of an estimate speaks of, UTC ns: never one before the picture."""
+    return max(estimate.position_at_ns or 0, estimate.captured_at_ns)
 
 
 def believed_drift_sigma_mps(estimate: PadEstimate, settings: CarrySettings) -> float | None:

@@ -1,18 +1,27 @@
-"""Which estimates may steer: what is too uncertain, too far away or somewhere else all of a sudden does not."""
+"""Which estimates may steer: what is too uncertain, too far away or somewhere else all of a sudden does not.
+
+Where it is the vehicle's navigation solution that jumps, the pad has not moved, and its coordinates do. The estimates that speak of the
+solution before the jump are named anew, those that are here and those that are still to come; what the filter makes of the jump
+meets them there. To fly to the old coordinates instead would be a dash sideways, close to the ground.
+"""
 
 import math
-from collections import Counter
+from collections import Counter, deque
 from enum import StrEnum
 
 from alight.geometry.horizontal_sigma import horizontal_sigma
+from alight.geometry.local import moved_by_ned
 from alight.geometry.local_frame import LocalFrame
 from alight.runtime.clock import nanoseconds
 from schemas.estimate import PadEstimate
+from schemas.message import Vector3
 from schemas.settings.commander import GateSettings
+from services.commander.carried_pad import place_at_ns
 
 JUMP_PART_OF_HEIGHT = 0.1
 GAP_S = 2.5
 """Estimates farther apart than this are no uninterrupted run."""
+_JUMPS_REMEMBERED = 16
 
 
 class Verdict(StrEnum):
@@ -36,10 +45,20 @@ class EstimateGate:
         self._run_since_ns = 0
         self._elsewhere: PadEstimate | None = None
         self._elsewhere_since_ns = 0
+        self._jumps: deque[tuple[int, Vector3]] = deque(maxlen=_JUMPS_REMEMBERED)
 
     def forget(self) -> None:
         """Begin anew, for a new landing."""
         self.newest = self._elsewhere = None
+
+    def displace(self, jump_ned_m: Vector3, at_ns: int) -> None:
+        """The navigation solution has jumped: north, east, down, metres; `at_ns` is the first moment after it, UTC ns."""
+        self.counts["navigation_jumps"] += 1
+        self._jumps.append((at_ns, jump_ned_m))
+        if self.newest is not None:
+            self.newest = _named_anew(self.newest, at_ns, jump_ned_m)
+        if self._elsewhere is not None:
+            self._elsewhere = _named_anew(self._elsewhere, at_ns, jump_ned_m)
 
     def offer(self, estimate: PadEstimate, vehicle: LocalFrame | None) -> Verdict:
         """Judge an estimate; keep it if it may steer.
@@ -48,6 +67,8 @@ class EstimateGate:
             estimate: The newest.
             vehicle: The frame where the vehicle is; None if that is not known.
         """
+        for jumped_at_ns, jump_ned_m in self._jumps:
+            estimate = _named_anew(estimate, jumped_at_ns, jump_ned_m)
         verdict = self._judge(estimate, vehicle)
         self.counts[f"estimates_{verdict}"] += 1
         if verdict is Verdict.ACCEPTED:
@@ -89,3 +110,10 @@ class EstimateGate:
         self._elsewhere = estimate
         agreed_ns = estimate.captured_at_ns - self._elsewhere_since_ns
         return Verdict.ACCEPTED if agreed_ns >= nanoseconds(self._settings.jump_believed_after_s) else Verdict.JUMP
+
+
+def _named_anew(estimate: PadEstimate, at_ns: int, jump_ned_m: Vector3) -> PadEstimate:
+    """The same place in the solution after a jump, if the estimate speaks of the time before."""
+    if place_at_ns(estimate) >= at_ns:
+        return estimate
+    return estimate.model_copy(update={"position": moved_by_ned(estimate.position, jump_ned_m)})

@@ -116,6 +116,11 @@ class Execution:
         """For how long `glide` has not been allowed to go down, seconds."""
         return 0.0 if self._glide is None else self._glide.closed_for_s(now_ns)
 
+    def displace(self, jump_ned_m: Vector3) -> None:
+        """The navigation solution has jumped by so much: what is flown to stays where it was and is called otherwise."""
+        if self._glide is not None:
+            self._glide.displace(jump_ned_m)
+
     def leave_holding(self, s: Situation) -> None:
         """The last words of a process that ends in flight."""
         self._link.recall_flight_commands()

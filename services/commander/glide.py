@@ -38,6 +38,10 @@ VIEW_MARGIN_RAD = math.radians(10.0)
 """So far inside the edge of the camera's view the pad does not slow the descent: what a vehicle leans that speeds up and flies against the wind."""
 FINAL_MPS = 1.0
 """Fastest horizontal motion of the setpoint below the end of the line, m/s."""
+CONTACT_MPS = 0.1
+"""As much of it is left at the contact: a vehicle that touches the ground sideways falls over."""
+SIDEWAYS_PER_HEIGHT_PER_S = 0.25
+"""So much faster it may be in the touchdown for each metre that is left: a pad that is suddenly seen elsewhere is not run after."""
 
 
 @dataclass(frozen=True)
@@ -119,6 +123,11 @@ class Glide:
         self._sigma_m = aim.sigma_m
         if aim.azimuth_rad is not None:
             self._yaw_wanted_rad = aim.azimuth_rad
+
+    def displace(self, jump_ned_m: Vector3) -> None:
+        """The navigation solution has jumped by so much: setpoint and pad are where they were, and are called otherwise."""
+        self._place = _sum(self._place, jump_ned_m)
+        self._pad = None if self._pad is None else _sum(self._pad, jump_ned_m)
 
     def touch_down(self) -> None:
         """From now on go down whatever comes."""
@@ -227,7 +236,8 @@ class Glide:
         north, east = self._pad[0] - self._place[0], self._pad[1] - self._place[1]
         height_m = self._pad[2] - self._place[2]
         if self._touching_down:
-            return (*self._towards_axis(north, east, FINAL_MPS), self._settings.touchdown_mps)
+            fastest_mps = min(FINAL_MPS, CONTACT_MPS + SIDEWAYS_PER_HEIGHT_PER_S * max(height_m, 0.0))
+            return (*self._towards_axis(north, east, fastest_mps), self._settings.touchdown_mps)
         is_open = self._is_open(vehicle, math.hypot(north, east), height_m, now_ns)
         if height_m > self._settings.vertical_below_m:
             return self._along_the_line(north, east, height_m, freshness) if is_open else (0.0, 0.0, 0.0)
@@ -272,6 +282,10 @@ class Glide:
         error = wrap_pi(self._yaw_wanted_rad - self._yaw_rad)
         allowed = math.radians(self._settings.yaw_rate_dps) * step_s
         self._yaw_rad += min(max(error, -allowed), allowed)
+
+
+def _sum(a: Vector3, b: Vector3) -> Vector3:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
 def promptness_of(age_s: float) -> float:

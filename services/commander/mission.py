@@ -1,10 +1,13 @@
 """Drives the state machine: looks around, takes at most one transition, then lets the phase act."""
 
+import math
 from collections import OrderedDict
 
 from alight.geometry.local_frame import LocalFrame
+from alight.geometry.solution_jump import solution_jump_ned_m
 from alight.runtime.clock import seconds
 from schemas.estimate import PadEstimate
+from schemas.message import Vector3
 from schemas.mission import GIVEN_UP, MissionReply, MissionRequest, MissionStatus, Phase, Verb
 from schemas.setpoint import Setpoint
 from schemas.settings.commander import CommanderSettings
@@ -49,8 +52,24 @@ class Mission:
         self._holds = 0
 
     def take_state(self, state: VehicleState) -> None:
-        """Take a vehicle state."""
+        """Take a vehicle state; where the navigation solution has jumped to it, the pad and the setpoint go along."""
+        jump_ned_m = self._jump_to(state)
+        if jump_ned_m is not None:
+            self.gate.displace(jump_ned_m, state.at_ns)
+            self._hands.displace(jump_ned_m)
         self._state, self._frame = state, None
+
+    def _jump_to(self, state: VehicleState) -> Vector3 | None:
+        before, here = self._state, self._here()
+        if before is None or here is None:
+            return None
+        jump_ned_m = solution_jump_ned_m(
+            before, state, here.ned_of(state.position), self._settings.gate.solution_jump_m
+        )
+        # One that would lead out of the pad's reach is no reset of an estimator, and nothing that is near the pad is left then.
+        return (
+            None if jump_ned_m is None or math.hypot(*jump_ned_m) > self._settings.gate.max_distance_m else jump_ned_m
+        )
 
     def take_estimate(self, estimate: PadEstimate, now_ns: int) -> Setpoint | None:
         """Take an estimate; a setpoint that follows from it goes out at once."""

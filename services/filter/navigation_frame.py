@@ -1,17 +1,14 @@
 """The vehicle's navigation solution as a local frame that neither jumps nor leads too far from its origin."""
 
-import math
 from collections import deque
 
 from alight.geometry.local_frame import LocalFrame
-from alight.runtime.clock import seconds
+from alight.geometry.solution_jump import solution_jump_ned_m
 from schemas.message import GlobalPosition, Vector3
 from schemas.settings.filter import Kalman
 from schemas.vehicle import VehicleState
 
 _MOST_JUMPS = 16
-_LONGEST_STEP_S = 0.5
-"""Over a longer silence nobody knows how far the vehicle flew."""
 
 
 class NavigationFrame:
@@ -33,13 +30,11 @@ class NavigationFrame:
             return None
         place = self.local.ned_of(state.position)
         before, self._last = self._last, (state, place)
-        if before is None or seconds(state.at_ns - before[0].at_ns) > _LONGEST_STEP_S:
+        if before is None:
             return None
-        half_s = 0.5 * seconds(state.at_ns - before[0].at_ns)
-        (n0, e0, d0), (vn0, ve0, vd0) = before[1], before[0].velocity_ned_mps
-        (n, e, d), (vn, ve, vd) = place, state.velocity_ned_mps
-        jump = (n - n0 - (vn0 + vn) * half_s, e - e0 - (ve0 + ve) * half_s, d - d0 - (vd0 + vd) * half_s)
-        if math.hypot(*jump) < self._settings.jump_m:
+        (n0, e0, d0), (n, e, d) = before[1], place
+        jump = solution_jump_ned_m(before[0], state, (n - n0, e - e0, d - d0), self._settings.jump_m)
+        if jump is None:
             return None
         self._jumps.append((state.at_ns, _sum(self._jumps[-1][1], jump)))
         return jump

@@ -73,6 +73,20 @@ class SimulatedFlight:
         message = mavlink.MAVLink_command_long_message(1, 1, mavlink.MAV_CMD_DO_SET_MODE, 0, 1, main, sub, 0, 0, 0, 0)
         list(self.simulator.on_bytes("vehicle", message.pack(encoder), self.clock.now_ns()))
 
+    def reset_estimator(self, jump_ned_m: tuple[float, float, float]) -> None:
+        """The autopilot's navigation solution jumps: all coordinates mean another place now, the pad's with them."""
+        assert self.pad.pad is not None
+        estimate, (north, east, down) = self.simulator.vehicle.estimate, jump_ned_m
+        spread = estimate._spread
+
+        def spread_from_there() -> None:
+            spread()
+            estimate._dn, estimate._de, estimate._dd = estimate._dn + north, estimate._de + east, estimate._dd + down
+
+        estimate._spread = spread_from_there  # type: ignore[method-assign]
+        spread_from_there()
+        self.pad.pad = moved_by_ned(self.pad.pad, jump_ned_m)
+
     @property
     def height_m(self) -> float:
         assert self.pad.state is not None

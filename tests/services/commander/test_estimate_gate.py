@@ -83,3 +83,19 @@ def test_outliers_that_disagree_with_each_other_are_never_believed(gate: Estimat
     for i in range(60):
         side = 8.0 if i % 2 else -8.0
         assert gate.offer(estimate(0.1 + i / 10, (side, 2.0, 8.0)), VEHICLE) is Verdict.JUMP
+
+
+@pytest.mark.parametrize("captured_at_s", [0.2, 0.4])
+def test_estimates_are_named_in_the_solution_that_jumped_once_whenever_they_come(
+    gate: EstimateGate, captured_at_s: float
+) -> None:
+    """The vehicle hangs where it hung, 2 m farther south in the new coordinates; so does the pad."""
+    gate.offer(estimate(0.1), VEHICLE)
+    gate.displace((-2.0, 0.0, 0.0), START + 300_000_000)
+    after = LocalFrame(moved_by_ned(HERE, (-2.0, 0.0, 0.0)))
+    assert gate.newest is not None
+    assert after.ned_of(gate.newest.position) == pytest.approx((1.0, 2.0, 8.0), abs=1e-3)
+    known = (1.0, 2.0, 8.0) if captured_at_s < 0.3 else (-1.0, 2.0, 8.0)
+    assert gate.offer(estimate(captured_at_s, known), after) is Verdict.ACCEPTED
+    assert after.ned_of(gate.newest.position) == pytest.approx((1.0, 2.0, 8.0), abs=1e-3)
+    assert gate.counts["navigation_jumps"] == 1
