@@ -11,7 +11,8 @@ Condition = Callable[[Situation], str | None]
 
 AT_START_M = 0.5
 AT_START_MPS = 0.3
-ALTITUDE_REACHED_M = 0.5
+ALTITUDE_REACHED_M = 1.5
+"""PX4 ends its takeoff up to NAV_MC_ALT_RAD (0.8 m) below the height that was asked for, and its position is heard later than its mode."""
 SETPOINT_GAP_S = 0.8
 """PX4 waits 1.0 s for a setpoint (COM_OF_LOSS_T); its samples and ours differ by a little."""
 FRESH_PART = 0.5
@@ -161,8 +162,18 @@ def abort_asked(s: Situation) -> str | None:
 
 def climbed(s: Situation) -> str | None:
     """The takeoff is over: PX4 has gone from TAKEOFF to HOLD by itself."""
-    done = s.climbing_asked and s.airborne and s.status.mode is FlightMode.HOLD and s.mode_overdue_s is None
-    return f"climbed in {s.phase_age_s:.1f} s" if done else None
+    return f"climbed in {s.phase_age_s:.1f} s" if _holds_after_climb(s) else None
+
+
+def climb_broken_off(s: Situation) -> str | None:
+    """It holds, but not where PX4 ends a takeoff by itself: somebody pressed hold."""
+    if not _holds_after_climb(s) or s.climb_left_m is None or s.climb_left_m <= ALTITUDE_REACHED_M:
+        return None
+    return f"mode is {s.status.mode}, {s.climb_left_m:.1f} m below the height of the takeoff"
+
+
+def _holds_after_climb(s: Situation) -> bool:
+    return s.climbing_asked and s.airborne and s.status.mode is FlightMode.HOLD and s.mode_overdue_s is None
 
 
 def takeoff_overdue(s: Situation) -> str | None:

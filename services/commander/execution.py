@@ -31,6 +31,9 @@ TRIED_AGAIN = frozenset({Result.TEMPORARILY_REJECTED, Result.NO_ANSWER})
 MAX_REFUSALS = 4
 
 
+_STILL: Vector3 = (0.0, 0.0, 0.0)
+
+
 class Execution:
     """The commander's hands. `begin` at the start of a phase, `act` at every step of it."""
 
@@ -53,6 +56,10 @@ class Execution:
         self._ending = False
         self._ground_ns: int | None = None
         self._landing_mode = False
+        self._mode_accepted = False
+        self._standing: tuple[GlobalPosition, float] | None = None
+        """Where the last setpoint was, and its yaw (NED, rad): there a vehicle stands that still flies OFFBOARD."""
+        self._climb_to_amsl_m: float | None = None
         self._acts: dict[Phase, Callable[[Situation, bool], Setpoint | None]] = {
             Phase.TAKEOFF: self._climb,
             Phase.TRANSIT: self._fly_on,
@@ -68,7 +75,7 @@ class Execution:
         """Start a phase. What was under way for the last one is called back first."""
         self._link.recall_flight_commands()
         self.refusal, self._refusals, self._asked_ns = None, 0, 0
-        self._ending = False
+        self._ending = self._mode_accepted = False
         if phase not in ACTIVE or before not in ACTIVE:
             self._authority.release()
         if phase is Phase.TAKEOFF:
@@ -82,7 +89,7 @@ class Execution:
         elif _ends_in_hold(phase, before) and code != "at_start" and not s.rebooted:
             self._ending = phase not in ACTIVE
             self._hold(before, s)
-        if phase is Phase.LANDED and s.status.mode is not FlightMode.HOLD:
+        if phase is Phase.LANDED and s.status.mode is not FlightMode.HOLD and not s.deaf:
             # Out of OFFBOARD or LAND, in which PX4 would not arm again.
             self._link.command(commands.set_mode(FlightMode.HOLD), s.now_ns)
 
@@ -105,6 +112,7 @@ class Execution:
         if outcome.result is Result.ACCEPTED or (repositions and outcome.result is Result.UNSUPPORTED):
             # PX4 before June 2026 answers UNSUPPORTED to a reposition without a change of mode, and flies it all the same.
             self._refusals = 0
+            self._mode_accepted = self._mode_accepted or outcome.command.id == commands.SET_MODE
             return
         self._refusals += 1
         arming = outcome.command.id == commands.ARM_DISARM
@@ -120,6 +128,12 @@ class Execution:
         """The navigation solution has jumped by so much: what is flown to stays where it was and is called otherwise."""
         if self._glide is not None:
             self._glide.displace(jump_ned_m)
+        if self._standing is not None:
+            self._standing = (moved_by_ned(self._standing[0], jump_ned_m), self._standing[1])
+
+    def climb_left_m(self, position: GlobalPosition) -> float | None:
+        """How far a place is below the height of the takeoff, metres; None without one."""
+        return None if self._climb_to_amsl_m is None else self._climb_to_amsl_m - position.altitude_amsl_m
 
     def leave_holding(self, s: Situation) -> None:
         """The last words of a process that ends in flight."""
@@ -133,13 +147,16 @@ class Execution:
         self.climbing_asked = False
         self.takeoff_point = s.state.position
         self.start = None if self.start_ned_m is None else moved_by_ned(self.takeoff_point, self.start_ned_m)
+        height_m = self._settings.takeoff_height_m if self.start_ned_m is None else -self.start_ned_m[2]
+        self._climb_to_amsl_m = self.takeoff_point.altitude_amsl_m + height_m
 
     def _climb(self, s: Situation, _: bool) -> None:
+        if s.deaf:
+            return
         if s.status.armed:
-            if (not self.climbing_asked or self._lost(commands.TAKEOFF, s)) and self.takeoff_point is not None:
+            if (not self.climbing_asked or self._lost(commands.TAKEOFF, s)) and self._climb_to_amsl_m is not None:
                 self.climbing_asked, self._asked_ns = True, s.now_ns
-                height_m = self._settings.takeoff_height_m if self.start_ned_m is None else -self.start_ned_m[2]
-                self._ask(FlightMode.TAKEOFF, commands.takeoff(self.takeoff_point.altitude_amsl_m + height_m), s)
+                self._ask(FlightMode.TAKEOFF, commands.takeoff(self._climb_to_amsl_m), s)
         elif s.now_ns - self._asked_ns >= ASK_AGAIN_NS and not s.was_armed:
             self._asked_ns = s.now_ns
             if s.status.mode is not FlightMode.HOLD:
@@ -166,7 +183,7 @@ class Execution:
 
     def _hold(self, before: Phase, s: Situation) -> None:
         """Let the autopilot hold by its own HOLD mode: it goes on holding if this process or the link dies now."""
-        if not s.airborne:
+        if not s.airborne and not (s.status.armed and s.status.mode is FlightMode.OFFBOARD):
             if before is Phase.TAKEOFF and (s.status.armed or not s.was_armed):
                 self._stay_down(s)
             return
@@ -199,10 +216,24 @@ class Execution:
             self._keep_holding(s, fresh)
 
     def _keep_holding(self, s: Situation, _: bool) -> None:
-        if s.mode_overdue_s is not None and s.now_ns - self._asked_ns >= ASK_AGAIN_NS:
+        if s.mode_overdue_s is None:
+            return
+        if s.status.mode is FlightMode.OFFBOARD:
+            self._stand(s)
+        if s.now_ns - self._asked_ns >= ASK_AGAIN_NS and not s.deaf:
             self._asked_ns = s.now_ns
             if not self._link.is_waiting(commands.SET_MODE):
                 self._link.command(commands.set_mode(FlightMode.HOLD), s.now_ns)
+
+    def _stand(self, s: Situation) -> None:
+        """Go on with setpoints until HOLD is flown: without them PX4 does after a second what it is set to, a return by default."""
+        if self._standing is None and s.state is not None:
+            self._standing = (s.state.position, _yaw_of(s))
+        if self._standing is None or not self.stream.is_due(s.now_ns):
+            return
+        position, yaw_rad = self._standing
+        self._link.send_setpoint(commands.position_target(position, _STILL, _STILL, yaw_rad))
+        self.stream.sent(s.now_ns)
 
     # Descent -------------------------------------------------------------------------------------------------------
 
@@ -210,7 +241,7 @@ class Execution:
         assert s.state is not None
         self.stream.begin()
         self._landing_mode, self._ground_ns = False, None
-        self._glide = self._reposition = None
+        self._glide = self._reposition = self._standing = None
         if self._settings.guidance == "glide":
             self._glide = Glide(self._settings.glide, s.state.position, _yaw_of(s), s.now_ns)
             self._aim(s)
@@ -226,21 +257,26 @@ class Execution:
 
     def _enter_offboard(self, s: Situation) -> None:
         waited = s.phase_age_s >= STREAM_BEFORE_OFFBOARD_S and s.now_ns - self._asked_ns >= ASK_AGAIN_NS // 2
-        if waited and not self._link.is_waiting(commands.SET_MODE):
+        # Once it is accepted, another mode is somebody's choice.
+        if waited and not (s.deaf or self._mode_accepted or self._link.is_waiting(commands.SET_MODE)):
             self._asked_ns = s.now_ns
             self._ask(FlightMode.OFFBOARD, commands.set_mode(FlightMode.OFFBOARD), s)
 
     def _send_glide(self, s: Situation, fresh: bool) -> Setpoint | None:
         assert self._glide is not None
-        if s.state is None or s.estimate is None or not (fresh or self.stream.is_due(s.now_ns)):
+        if s.state is None or s.estimate is None:
+            self._stand(s)
+            return None
+        if not (fresh or self.stream.is_due(s.now_ns)):
             return None
         self._aim(s)
-        freshness = freshness_of(s.estimate_age_s or 0.0, s.stale_after_s)
+        freshness = 0.0 if s.deaf else freshness_of(s.estimate_age_s or 0.0, s.stale_after_s)
         flown = s.status.mode is FlightMode.OFFBOARD
         target = self._glide.advance(s.state, freshness, flown, s.now_ns)
         velocity, acceleration, yaw = target.velocity_ned_mps, target.acceleration_ned_mps2, target.yaw_ned_rad
         self._link.send_setpoint(commands.position_target(target.position, velocity, acceleration, yaw))
         self.stream.sent(s.now_ns)
+        self._standing = (target.position, yaw)
         return _setpoint(SetpointKind.OFFBOARD, target.position, s, fresh, yaw=yaw, velocity=velocity)
 
     def _aim(self, s: Situation) -> None:
@@ -265,14 +301,16 @@ class Execution:
     # Touchdown -----------------------------------------------------------------------------------------------------
 
     def _touch_down(self, s: Situation, fresh: bool) -> Setpoint | None:
-        self._disarm_on_ground(s)
-        if self._must_land_by_mode(s):
-            self._land_by_mode(s)
-            return None
-        return self._send_glide(s, fresh) if s.status.mode is FlightMode.OFFBOARD else None
+        if not s.deaf:
+            self._disarm_on_ground(s)
+            if self._must_land_by_mode(s):
+                self._land_by_mode(s)
+        # Also while the landing mode is awaited: see `_stand`.
+        offboard = self._glide is not None and s.status.mode is FlightMode.OFFBOARD
+        return self._send_glide(s, fresh) if offboard else None
 
     def _must_land_by_mode(self, s: Situation) -> bool:
-        blind = s.state_age_s is None or s.state_age_s > self._settings.state_stale_after_s
+        blind = s.state_age_s is None or abs(s.state_age_s) > self._settings.state_stale_after_s
         overdue = s.phase_age_s > self._settings.touchdown_patience_s
         return self._landing_mode or self._glide is None or self._settings.touchdown == "land" or blind or overdue
 

@@ -13,6 +13,7 @@ from services.commander.command_queue import Command, CommandQueue, Outcome, Res
 from services.commander.dialect import mavlink
 from services.commander.framing import MavlinkFramer
 from services.commander.gimbal import Gimbal
+from services.commander.hearing import Hearing
 from services.commander.parameters import Parameters, complaints_about
 from services.commander.status_text import status_text
 from services.commander.stream_requests import StreamRequests
@@ -22,6 +23,8 @@ HEARTBEAT_PERIOD_NS = nanoseconds(1.0)
 MAX_HEARTBEAT_GAP_NS = 5 * HEARTBEAT_PERIOD_NS
 TIMESYNC_PERIOD_NS = nanoseconds(0.1)
 AUTOPILOT_COMPONENT = mavlink.MAV_COMP_ID_AUTOPILOT1
+DEAF_PART = 0.8
+"""What is known of the autopilot counts as old a little before the vehicle's state does: what that calls for is a mode."""
 REBOOT_MS = 1000
 """Boot time that runs backwards by more than this is a reboot; by less, packets that overtook each other."""
 
@@ -42,6 +45,7 @@ class AutopilotLink:
         self._gimbal = Gimbal(settings.fixed_gimbal_rpy_deg)
         self._system: int | None = settings.link.autopilot_system_id or None
         self._heard = False
+        self._hearing = Hearing(DEAF_PART * settings.state_stale_after_s)
         self._heartbeat_ns = 0
         self._heard_ns = 0
         self._newest_boot_ms = 0
@@ -61,7 +65,7 @@ class AutopilotLink:
             "COMMAND_ACK": self._take_ack,
             "HOME_POSITION": self._take_home,
             "GPS_RAW_INT": lambda message, _: self._assembly.take_gps(message, self._status.armed),
-            "CURRENT_MODE": lambda message, _: self._status.take_current_mode(message),
+            "CURRENT_MODE": self._take_current_mode,
             "EXTENDED_SYS_STATE": lambda message, _: self._status.take_extended_state(message),
             "SYS_STATUS": lambda message, _: self._status.take_sys_status(message),
             "BATTERY_STATUS": lambda message, _: self._status.take_battery(message),
@@ -78,6 +82,7 @@ class AutopilotLink:
         Returns:
             Whether there was anything in them but signs of life.
         """
+        self._look(now_ns)
         messages = self._framer.feed(data)
         for message in messages:
             system, component = message.get_srcSystem(), message.get_srcComponent()
@@ -87,7 +92,7 @@ class AutopilotLink:
             elif kind == "GIMBAL_DEVICE_ATTITUDE_STATUS" and system == self._system:
                 self._take_gimbal(message)
             elif self._heard and system == self._system and component == AUTOPILOT_COMPONENT:
-                self._heard_ns = now_ns
+                self._note_sign_of_life(now_ns)
                 self._streams.heard(message.get_msgId(), now_ns)
                 taker = self._takers.get(kind)
                 if taker is not None:
@@ -96,19 +101,21 @@ class AutopilotLink:
                 self._counts["of_others"] += 1
         for sender in self._framer.unread:
             if self._heard and sender == (self._system, AUTOPILOT_COMPONENT):
-                self._heard_ns = now_ns
+                self._note_sign_of_life(now_ns)
             else:
                 self._counts["of_others"] += 1
         return bool(messages)
 
     def advance(self, now_ns: int) -> None:
         """Do what is due: heartbeat, TIMESYNC, requests, repetitions."""
+        self._look(now_ns)
         if now_ns >= self._next_heartbeat_ns:
             self._next_heartbeat_ns = now_ns + HEARTBEAT_PERIOD_NS
             self._send_heartbeat()
-        if not self.connected(now_ns):
+        if self.is_deaf or not self.connected(now_ns):
             # What was meant for the moment before the silence must not go out when it ends: a pilot may fly by then.
             self._commands.recall_flight_commands()
+        if not self.connected(now_ns):
             return
         if now_ns >= self._next_timesync_ns:
             self._next_timesync_ns = now_ns + TIMESYNC_PERIOD_NS
@@ -175,6 +182,11 @@ class AutopilotLink:
         silent = now_ns - self._heard_ns > nanoseconds(self._settings.timeout_s)
         return not silent and now_ns - self._heartbeat_ns <= MAX_HEARTBEAT_GAP_NS
 
+    @property
+    def is_deaf(self) -> bool:
+        """Whether somebody may have changed the mode since the autopilot was last heard to name it."""
+        return self._hearing.is_deaf
+
     def silence_s(self, now_ns: int) -> float | None:
         """Since anything came from the autopilot, seconds; None if nothing ever did."""
         return seconds(now_ns - self._heard_ns) if self._heard else None
@@ -226,20 +238,39 @@ class AutopilotLink:
             self._counts["of_others"] += 1
             return
         self._system, self._heard = system, True
-        self._heard_ns = self._heartbeat_ns = now_ns
+        self._heartbeat_ns = now_ns
+        self._note_sign_of_life(now_ns)
         self._status.take_heartbeat(message)
+        self._hearing.told_mode(now_ns)
+
+    def _take_current_mode(self, message: Any, now_ns: int) -> None:
+        self._status.take_current_mode(message)
+        self._hearing.told_mode(now_ns)
+
+    def _note_sign_of_life(self, now_ns: int) -> None:
+        self._heard_ns = now_ns
+        self._hearing.heard(now_ns)
+
+    def _look(self, now_ns: int) -> None:
+        """What goes by while this process stands still, or its clock is set, is no silence of the autopilot."""
+        without_us_ns = self._hearing.look(now_ns)
+        if without_us_ns:
+            self._heard_ns += without_us_ns
+            self._heartbeat_ns += without_us_ns
+            self._next_heartbeat_ns = self._next_timesync_ns = now_ns
 
     def _take_position(self, message: Any, now_ns: int) -> None:
         self._note_boot_time(message.time_boot_ms, now_ns)
-        self._keep(self._assembly.take_position(message, now_ns))
+        self._keep(self._assembly.take_position(message, now_ns), now_ns)
 
     def _take_attitude(self, message: Any, now_ns: int) -> None:
         self._note_boot_time(message.time_boot_ms, now_ns)
-        self._keep(self._assembly.take_attitude(message, now_ns))
+        self._keep(self._assembly.take_attitude(message, now_ns), now_ns)
 
-    def _keep(self, state: VehicleState | None) -> None:
+    def _keep(self, state: VehicleState | None, now_ns: int) -> None:
         if state is not None:
             self._states.append(state)
+            self._hearing.sampled(state.at_ns, now_ns)
 
     def _take_timesync(self, message: Any, now_ns: int) -> None:
         if message.tc1 == 0:

@@ -110,6 +110,7 @@ class Mission:
         """
         if self.since_ns is None:
             self.since_ns = now_ns
+        self._forget_the_future(now_ns)
         status = self._link.status(now_ns)
         self._authority.look(status)
         self._was_armed = self._was_armed or status.armed
@@ -128,6 +129,14 @@ class Mission:
             situation = self.look(now_ns)
         return self._hands.act(situation, fresh)
 
+    def _forget_the_future(self, now_ns: int) -> None:
+        """After a clock was set back, the last estimate would seem fresh for long. The touchdown goes where it was aimed, whatever comes."""
+        newest = self.gate.newest
+        if newest is None or self.phase is Phase.TOUCHDOWN:
+            return
+        if seconds(newest.captured_at_ns - now_ns) > self._settings.state_stale_after_s:
+            self.gate.forget()
+
     def look(self, now_ns: int) -> Situation:
         """The situation as of now."""
         return self._look(now_ns, self._link.status(now_ns))
@@ -145,6 +154,7 @@ class Mission:
             code=self.code,
             phase_age_s=phase_age_s,
             link_silence_s=self._link.silence_s(now_ns),
+            deaf=self._link.is_deaf,
             status=status,
             state=state,
             state_age_s=None if state is None else seconds(now_ns - state.at_ns),
@@ -161,6 +171,7 @@ class Mission:
             rebooted=self._link.reboots > self._reboots,
             was_armed=self._was_armed,
             climbing_asked=self._hands.climbing_asked,
+            climb_left_m=None if state is None else self._hands.climb_left_m(state.position),
             # PX4 leaves LAND by itself when it disarms, up to a second before it says that it is disarmed.
             mode_taken=self._authority.taken(status) and not (self.phase is Phase.TOUCHDOWN and on_ground),
             expected_modes=self._authority.expected,
@@ -195,7 +206,8 @@ class Mission:
     def last_words(self, now_ns: int) -> None:
         """The process ends: in a phase that commands, leave the vehicle holding."""
         situation = self.look(now_ns)
-        if self.phase in ACTIVE and not situation.mode_taken and not situation.failsafe_active:
+        overridden = situation.mode_taken or situation.failsafe_active or situation.deaf
+        if self.phase in ACTIVE and not overridden:
             self._hands.leave_holding(situation)
 
     def _accept(self, request: MissionRequest, situation: Situation) -> str:

@@ -24,7 +24,7 @@ class SetpointStream:
 
     def is_due(self, now_ns: int) -> bool:
         """Whether the next one has to go out now."""
-        return self._last_ns is None or now_ns - self._last_ns >= self._period_ns
+        return self._last_ns is None or not 0 <= now_ns - self._last_ns < self._period_ns
 
     def sent(self, now_ns: int) -> None:
         """Note that one goes out."""

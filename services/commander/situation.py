@@ -38,6 +38,8 @@ class Situation(NamedTuple):
     distance_to_pad_m: float | None
     distance_to_start_m: float | None
     """To the point where the landing shall start; None if none was named."""
+    deaf: bool = False
+    """Whether somebody may have changed the mode since the autopilot was last heard to name it: then no mode is asked for."""
     asked: Verb | None = None
     """A request that was accepted and waits to take effect."""
     landing: bool = False
@@ -50,6 +52,8 @@ class Situation(NamedTuple):
     """Whether the vehicle has been armed since the phase began."""
     climbing_asked: bool = False
     """Whether the takeoff command has been sent."""
+    climb_left_m: float | None = None
+    """How far below the height of the takeoff the vehicle is; None if that or its place is not known."""
     mode_taken: bool = False
     """Whether a mode is flown that the commander did not ask for."""
     expected_modes: tuple[FlightMode, ...] = ()

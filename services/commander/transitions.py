@@ -46,8 +46,7 @@ TABLE: tuple[Transition, ...] = (
     _row(IDLE,                when.restarted_in_offboard,   HOLD,      "restarted_in_flight"),
     _row(IDLE,                when.restarted_airborne,      YIELDED,   "restarted_in_flight"),
     _row(ACTIVE,              when.autopilot_rebooted,      FAILED),
-    _row(ACTIVE - {TAKEOFF},  when.link_lost,               YIELDED),
-    _row(TAKEOFF,             when.link_lost,               FAILED),
+    _row(ACTIVE,              when.link_lost,               YIELDED),
     _row(LANDING,             when.landed,                  LANDED),
     _row(ACTIVE - {TAKEOFF},  when.disarmed_in_flight,      FAILED),
     _row(HOLD,                when.restarted_too_late,      YIELDED,   "restarted_in_flight"),
@@ -62,6 +61,7 @@ TABLE: tuple[Transition, ...] = (
     _row(TAKEOFF,             when.disarmed_before_takeoff, FAILED),
     _row(TAKEOFF,             when.command_refused,         FAILED),
     _row(TAKEOFF,             when.takeoff_overdue,         FAILED),
+    _row(TAKEOFF,             when.climb_broken_off,        YIELDED,   "pilot_took_over"),
     _row(TAKEOFF,             when.climbed,                 TRANSIT),
     _row(TRANSIT,             when.command_refused,         HOLD),
     _row(TRANSIT,             when.at_start,                HOLD),
@@ -96,9 +96,23 @@ def asked_code(verb: Verb) -> str:
     return f"{verb}_asked"
 
 
+_BEGIN_WITH_A_MODE = frozenset({ACQUIRE, HOLD, ABORTED, FAILED})
+_ANYWAY = frozenset(
+    {when.abort_asked, when.hold_asked, when.land_asked, when.autopilot_rebooted, when.disarmed_in_flight}
+)
+"""What a person asks for is asked for now, whoever flies; and to a vehicle that is out of power no mode is sent."""
+
+
+def waits_for_a_word(row: Transition) -> bool:
+    """Whether a row asks for a mode, so that it is not taken while somebody may have changed it unheard."""
+    return row.next in _BEGIN_WITH_A_MODE and row.condition not in _ANYWAY
+
+
 def first_transition(situation: Situation) -> tuple[Transition, str] | None:
     """The row to take now and why, in words; None to stay."""
     for row in _ROWS[situation.phase]:
+        if situation.deaf and waits_for_a_word(row):
+            continue
         reason = row.condition(situation)
         if reason is not None:
             return row, reason

@@ -39,6 +39,7 @@ class ScriptedAutopilot:
         self.result: dict[int, int] = {}
         """How a MAV_CMD is answered, where it is not ACCEPTED; it is not carried out then."""
         self.sees_pad = False
+        self.altitude_mm = ALTITUDE_MM
         self.sent: list[Any] = []
         """The commands and setpoints that reached the autopilot."""
         self.states: list[VehicleState] = []
@@ -130,7 +131,9 @@ class ScriptedAutopilot:
 
     def position(self, boot_ms: int | None = None) -> Any:
         at_ms = self.boot_ms if boot_ms is None else boot_ms
-        return mavlink.MAVLink_global_position_int_message(at_ms, LATITUDE_E7, LONGITUDE_E7, ALTITUDE_MM, 0, 0, 0, 0, 0)
+        return mavlink.MAVLink_global_position_int_message(
+            at_ms, LATITUDE_E7, LONGITUDE_E7, self.altitude_mm, 0, 0, 0, 0, 0
+        )
 
     def _estimate(self) -> PadEstimate:
         pad = GlobalPosition(

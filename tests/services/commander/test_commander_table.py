@@ -93,7 +93,7 @@ BAD_INPUT: list[tuple[str, frozenset[Phase], dict[str, object], dict[Phase, tupl
         "the link is silent",
         ACTIVE,
         {"link_silence_s": 2.1},
-        dict.fromkeys(ACTIVE, (Phase.YIELDED, "link_lost")) | {Phase.TAKEOFF: (Phase.FAILED, "link_lost")},
+        dict.fromkeys(ACTIVE, (Phase.YIELDED, "link_lost")),
     ),
     ("the autopilot booted", ACTIVE, {"rebooted": True}, dict.fromkeys(ACTIVE, (Phase.FAILED, "autopilot_rebooted"))),
     (
@@ -180,6 +180,22 @@ def test_bad_input(
     phase: Phase, phases: frozenset[Phase], changes: dict[str, object], expected: dict[Phase, tuple[Phase, str]]
 ) -> None:
     assert taken(situation(phase, **changes)) == (expected[phase] if phase in phases else None)
+
+
+@pytest.mark.parametrize("changes", [row[2] for row in BAD_INPUT], ids=[row[0] for row in BAD_INPUT])
+@pytest.mark.parametrize("phase", Phase)
+def test_while_somebody_may_have_taken_over_unheard_no_mode_is_asked_for(
+    phase: Phase, changes: dict[str, object]
+) -> None:
+    step = taken(situation(phase, **changes, deaf=True))
+    harmless = step is None or step[0] in (Phase.YIELDED, Phase.LANDED)
+    assert harmless or step[1] in ("autopilot_rebooted", "disarmed_in_flight")
+
+
+@pytest.mark.parametrize("verb", [Verb.ABORT, Verb.HOLD])
+def test_a_person_is_heard_at_once_even_then(verb: Verb) -> None:
+    step = taken(situation(Phase.DESCEND, asked=verb, deaf=True))
+    assert step is not None and step[1] == f"{verb}_asked"
 
 
 def test_in_touchdown_lost_vision_and_an_old_state_do_not_stop_it() -> None:

@@ -1,6 +1,7 @@
 """Messages of the autopilot that are well-formed and wrong: each costs no more than itself."""
 
 import math
+from typing import Any
 
 import pytest
 from pymavlink.dialects.v20 import development as mavlink
@@ -45,10 +46,21 @@ def test_when_the_clock_is_set_back_the_vehicle_holds() -> None:
     autopilot.ask(Verb.LAND)
     autopilot.wait(3.0)
     assert autopilot.phase is Phase.DESCEND
+    autopilot.sent.clear()
+    autopilot.sees_pad = False
     autopilot.set_clock_back(30.0)
-    autopilot.wait(0.2)
+    autopilot.wait(0.4)
+    assert all_stand(autopilot.sent)
+    autopilot.wait(0.8)
     assert autopilot.phase is Phase.HOLD
     assert autopilot.mode == 0x03040000
+
+
+def all_stand(sent: list[Any]) -> bool:
+    """Setpoints go on, all at one place, so that the autopilot does not fall back on a failsafe meanwhile."""
+    setpoints = [message for message in sent if message.get_type().startswith("SET_POSITION_TARGET")]
+    places = {(message.lat_int, message.lon_int, round(message.alt, 3)) for message in setpoints}
+    return len(setpoints) >= 5 and len(places) == 1
 
 
 def test_streams_that_never_come_and_are_never_answered_do_not_fill_the_memory() -> None:
