@@ -78,6 +78,8 @@ class Execution:
         self._ending = self._mode_accepted = False
         if phase not in ACTIVE or before not in ACTIVE:
             self._authority.release()
+        if before not in ACTIVE:
+            self._standing = None  # of an old flight; who knows where that was
         if phase is Phase.TAKEOFF:
             self._prepare_takeoff(s)
         elif phase is Phase.TRANSIT:
