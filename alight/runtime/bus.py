@@ -3,6 +3,7 @@
 import json
 import logging
 import os
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -26,6 +27,9 @@ THREADS = "(rx: (worker_threads: 1), tx: (worker_threads: 1))"
 """Zenoh's threads that receive and send, in its own notation. With the one of each that our rates need, no message wakes a second
 thread on its way: a hop is about 8 % shorter."""
 
+_SOURCE_PLACE = re.compile(r" at /\S+?\.rs:\d+\.?")
+_TAKEN = "Address already in use"
+
 OnSample = Callable[[Topic[Any], bytes, bytes | None, str], None]
 
 
@@ -40,7 +44,7 @@ class Bus:
         """Join the bus.
 
         Raises:
-            BusError: If an endpoint to listen on cannot be had.
+            BusError: If an endpoint to listen on cannot be had, or a client finds no router.
         """
         zenoh.init_log_from_env_or("error")
         os.environ.setdefault("ZENOH_RUNTIME", THREADS)  # read once, when the process's first session opens
@@ -49,8 +53,8 @@ class Bus:
             self._session = zenoh.open(configuration(settings))
         except zenoh.ZError as error:
             raise BusError(
-                f"cannot join the bus (bus.listen = {list(settings.listen)}, bus.connect = {list(settings.connect)}): {error}; "
-                "is the port taken by another flight? Set bus.listen and bus.connect to a free one"
+                f"cannot join the bus (bus.listen = {list(settings.listen)}, bus.connect = {list(settings.connect)}): "
+                f"{zenoh_reason(error)}; {_remedy(error)}"
             ) from None
         self._publishers: dict[tuple[Topic[Any], str], Any] = {}
         self._held: list[Any] = []
@@ -135,6 +139,17 @@ class Bus:
         return zenoh.ext.declare_advanced_publisher(
             self._session, key, cache=cache, publisher_detection=True, congestion_control=control, **common
         )
+
+
+def zenoh_reason(error: zenoh.ZError) -> str:
+    """What Zenoh says is wrong, without the lines of its source."""
+    return _SOURCE_PLACE.sub("", str(error))
+
+
+def _remedy(error: zenoh.ZError) -> str:
+    if _TAKEN in str(error):
+        return "is the port taken by another flight? Set bus.listen and bus.connect to a free one"
+    return "check bus.listen and bus.connect"
 
 
 def alive_key(vehicle: str, service: str) -> str:

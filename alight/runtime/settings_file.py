@@ -142,7 +142,7 @@ def _explain(error: ValidationError, origin: Mapping[tuple[str, ...], str]) -> s
     if first["type"] == "extra_forbidden":
         return f"{source}: {dotted} is no setting; {_nearest(key)}"
     given = "" if isinstance(first["input"], dict) else f" (got {first['input']!r})"
-    return f"{source}: {dotted}: {first['msg']}{given}"
+    return f"{source}: {dotted}: {first['msg'].removeprefix('Value error, ')}{given}"
 
 
 def _nearest(key: tuple[str, ...]) -> str:

@@ -1,10 +1,18 @@
 """How the processes find each other."""
 
-from typing import Literal
+import re
+from typing import Any, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from schemas.settings.section import Section
+
+_ENDPOINT = re.compile(r"(?P<protocol>[a-z][a-z0-9_-]*)/(?P<address>[^?#]+)(\?[^#]*)?(#.*)?")
+"""Zenoh's form: `PROTOCOL/ADDRESS[?METADATA][#CONFIGURATION]`."""
+_HOST_AND_PORT = re.compile(r"[^/\s]+:(?P<port>[0-9]{1,5})")
+_ON_IP = ("tcp", "udp", "tls", "quic", "ws")
+"""Protocols whose address is HOST:PORT. Those of other protocols (`serial`, `unixsock-stream`, `vsock`...) are Zenoh's to judge."""
+_EXAMPLE = "192.168.1.5:7447"
 
 
 class BusSettings(Section):
@@ -22,3 +30,29 @@ class BusSettings(Section):
     """A message that speaks of a time further in the future than this is refused."""
     health_period_s: float = Field(default=1.0, gt=0.0, le=60.0)
     """How often each service publishes its health."""
+
+    @field_validator("connect", "listen", mode="before")
+    @classmethod
+    def _check_list(cls, value: Any) -> Any:
+        if not isinstance(value, list | tuple):
+            raise ValueError(f'a list is wanted, such as ["tcp/{_EXAMPLE}"]; in a shell put it within single quotes')
+        return value
+
+    @field_validator("connect", "listen")
+    @classmethod
+    def _check_endpoints(cls, endpoints: tuple[str, ...]) -> tuple[str, ...]:
+        for endpoint in endpoints:
+            if not _is_endpoint(endpoint):
+                meant = endpoint if _is_host_and_port(endpoint) else _EXAMPLE
+                raise ValueError(f'{endpoint!r} is no endpoint: write tcp/HOST:PORT, such as ["tcp/{meant}"]')
+        return endpoints
+
+
+def _is_endpoint(text: str) -> bool:
+    match = _ENDPOINT.fullmatch(text)
+    return match is not None and (match["protocol"] not in _ON_IP or _is_host_and_port(match["address"]))
+
+
+def _is_host_and_port(address: str) -> bool:
+    match = _HOST_AND_PORT.fullmatch(address)
+    return match is not None and int(match["port"]) < 2**16

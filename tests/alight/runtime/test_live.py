@@ -486,9 +486,17 @@ def test_a_busy_port_is_one_clear_line() -> None:
     port = free_port()
     settings = BusSettings(connect=(), listen=(f"tcp/127.0.0.1:{port}",))
     first = Bus("test", settings)
-    with pytest.raises(BusError, match=rf"127\.0\.0\.1:{port}.*free one"):
+    with pytest.raises(BusError, match=rf"127\.0\.0\.1:{port}.*free one") as error:
         Bus("test", settings)
+    assert ".rs:" not in str(error.value)
     first.close()
+
+
+def test_only_a_port_that_is_taken_is_said_to_be() -> None:
+    nobodys = BusSettings(connect=(), listen=("tcp/192.0.2.1:7447",))  # an address for documents
+    with pytest.raises(BusError, match=r"; check bus\.listen and bus\.connect") as error:
+        Bus("test", nobodys)
+    assert ".rs:" not in str(error.value) and "taken" not in str(error.value)
 
 
 def frame_health(onlooker: Onlooker):

@@ -52,6 +52,9 @@ def test_variables_of_others_are_left_alone() -> None:
         ("", {}, ["pad.id=x"], ["--set pad.id=x", "pad.id", "integer"]),
         ("", {}, ["pad.id"], ["--set pad.id", "section.key=value"]),
         ("", {}, ["seed=nan"], ["--set seed=nan", "seed"]),
+        ("", {}, ['bus.connect=["192.0.2.5:7447"]'], ["bus.connect: '192.0.2.5:7447' is no", '["tcp/192.0.2.5:7447"]']),
+        ("", {}, ['bus.listen=["tcp/127.0.0.1"]'], ["bus.listen: 'tcp/127.0.0.1' is no endpoint", "tcp/HOST:PORT"]),
+        ("", {}, ["bus.connect=foo"], ['bus.connect: a list is wanted, such as ["tcp/192.168.1.5:7447"]', "got 'foo'"]),
     ],
 )
 def test_an_error_names_source_key_and_remedy_in_one_line(
@@ -63,6 +66,31 @@ def test_an_error_names_source_key_and_remedy_in_one_line(
     assert "\n" not in text
     for part in expected:
         assert part.lower() in text.lower()
+
+
+@pytest.mark.parametrize(
+    "endpoint",
+    [
+        "tcp/192.0.2.5:7447",
+        "tcp/[::1]:7447#iface=lo",
+        "udp/station.local:7447?rel=0#iface=eth0",
+        "tls/192.0.2.5:7447",
+        "quic/192.0.2.5:7447",
+        "ws/192.0.2.5:7447",
+        "serial//dev/ttyUSB0#baudrate=115200",
+        "unixsock-stream//tmp/alight.sock",
+        "unixpipe//tmp/alight.pipe",
+        "vsock/-1:1234",
+    ],
+)
+def test_all_that_zenoh_connects_by_is_an_endpoint(endpoint: str) -> None:
+    assert load_settings(None, {}, [f'bus.connect=["{endpoint}"]']).bus.connect == (endpoint,)
+
+
+@pytest.mark.parametrize("endpoint", ["tcp/", "tcp/:7447", "tcp/a:70000", "tcp//a:1", "tcp://a:1", "a:1", ""])
+def test_what_zenoh_could_not_make_out_is_none(endpoint: str) -> None:
+    with pytest.raises(SettingsError, match="no endpoint"):
+        load_settings(None, {}, [f'bus.listen=["tcp/127.0.0.1:0", "{endpoint}"]'])
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
