@@ -46,8 +46,9 @@ class PoseLookup(Section):
     """`capture` looks the pose up at the time of the exposure. `latest` takes the newest one instead: for experiments that show what
     that costs, never for flying."""
     image_latency_s: float = Field(default=0.0, ge=-1.0, le=1.0)
-    """How much older than its stamp a picture is, seconds: its pose is looked up so much earlier. `alight calibrate delay` finds it. A
-    correction of the kind `extrinsic` brings its own, which counts for the corrected place instead of this one."""
+    """How much older than its stamp a picture is, seconds: its pose is looked up so much earlier. `alight calibrate delay` finds it. For
+    the sources `device` and `stream` set `camera.live.delay_s` instead, not both: both are subtracted. A correction of the kind
+    `extrinsic` brings its own, which counts for the corrected place instead of this one."""
     history_s: float = Field(default=5.0, ge=3.0, le=60.0)
     """How far back poses are kept, seconds."""
     max_extrapolation_s: float = Field(default=0.15, ge=0.0, le=1.0)

@@ -23,7 +23,8 @@ class LiveCamera(Section):
     stamp: Literal["driver", "read"] = "driver"
     """Where a frame's time is taken from: the driver's stamp where it gives a credible one (V4L2), else when the frame was read."""
     delay_s: float = Field(default=0.0, ge=-1.0, le=5.0)
-    """From the middle of the exposure to that stamp, seconds, as measured; it is subtracted. A wrong value shifts the pad by speed times error."""
+    """From the middle of the exposure to that stamp, seconds; it is subtracted. `alight calibrate delay` finds it. Leave
+    `geolocator.lookup.image_latency_s` at 0 then: it is subtracted, too. A wrong value shifts the pad by speed times error."""
     rotated_deg: Literal[0, 90, 180, 270] = 0
     """How far the pictures must be turned clockwise to stand as the calibrated camera saw them, degrees."""
     mirrored: bool = False

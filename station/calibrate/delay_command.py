@@ -36,6 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
     )
     section, key, value = setting_for(settings, together.delay_s)
     print(f"\n[{section}]\n{key} = {value:.4f}\n\nor --set {section}.{key}={value:.4f}")
+    print(f"\nthis is the whole and takes the place of what was set{besides(settings)}")
     return 0
 
 
@@ -48,6 +49,14 @@ def setting_for(settings: Settings, delay_s: float) -> tuple[str, str, float]:
     if settings.camera.source in ("device", "stream"):
         return "camera.live", "delay_s", settings.camera.live.delay_s + delay_s
     return "geolocator.lookup", "image_latency_s", delay_s
+
+
+def besides(settings: Settings) -> str:
+    """What else to do, so that the delay is not undone twice; empty if nothing."""
+    looked_earlier_s = settings.geolocator.lookup.image_latency_s
+    if setting_for(settings, 0.0)[0] == "geolocator.lookup" or not looked_earlier_s:
+        return ""
+    return f"; take out geolocator.lookup.image_latency_s = {looked_earlier_s:g}, for both are subtracted"
 
 
 def _read(paths: list[Path]) -> tuple[list[Motion], BelievedCamera, Settings]:
