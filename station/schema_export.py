@@ -25,6 +25,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry out `alight schema export DIR`; returns the exit status."""
+    if (arguments.directory / "__init__.py").exists():
+        print(f"{arguments.directory} holds Python code: choose another folder, such as contract", file=sys.stderr)
+        return 1
     try:
         written = export(arguments.directory)
     except OSError as error:

@@ -189,7 +189,7 @@ def run(session: zenoh.Session, contract: Contract, detector: ForeignDetector) -
 def main() -> None:
     """Read the command line and detect until SIGINT or SIGTERM."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("schemas", type=Path, help="folder that `alight schema export` wrote")
+    parser.add_argument("contract", type=Path, help="folder that `alight schema export` wrote")
     parser.add_argument("--vehicle", help="the vehicle's name on the bus (default: the export's)")
     parser.add_argument("--connect", help="endpoint of the station, such as tcp/192.168.1.5:7447")
     parser.add_argument("--listen", help="endpoint at which this process may be reached, such as tcp/192.168.1.9:0")
@@ -199,7 +199,7 @@ def main() -> None:
     arguments = parser.parse_args()
     logging.basicConfig(level=logging.INFO)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    contract = Contract(arguments.schemas, SERVICE, arguments.vehicle)
+    contract = Contract(arguments.contract, SERVICE, arguments.vehicle)
     finder = MarkerFinder(PadMarker(arguments.family, arguments.id, arguments.side))
     config = zenoh_configuration(contract, arguments.connect, arguments.listen)
     try:

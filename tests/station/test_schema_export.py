@@ -122,3 +122,13 @@ def test_a_folder_that_cannot_be_made_is_one_line(tmp_path, capsys):
     assert run(parser.parse_args([str(tmp_path / "file" / "below")])) == 1
     said = capsys.readouterr().err
     assert said.count("\n") == 1 and "choose another folder" in said
+
+
+def test_a_folder_of_code_is_left_alone(tmp_path, capsys):
+    (tmp_path / "__init__.py").write_text("")
+    parser = argparse.ArgumentParser()
+    add_arguments(parser)
+    assert run(parser.parse_args([str(tmp_path)])) == 1
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and "choose another folder" in said
+    assert [path.name for path in tmp_path.iterdir()] == ["__init__.py"]

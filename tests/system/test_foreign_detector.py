@@ -24,11 +24,11 @@ ITS_LIBRARIES = {"zenoh", "cv2", "numpy", "jsonschema"}
 @contextlib.contextmanager
 def foreign_detector(directory: Path, bus_port: int) -> Iterator[Path]:
     """The example as a process in a folder of its own; gives the file with what it says."""
-    export = [sys.executable, "-m", "station", "schema", "export", str(directory / "schemas")]
+    export = [sys.executable, "-m", "station", "schema", "export", str(directory / "contract")]
     subprocess.run(export, cwd=REPOSITORY, check=True, capture_output=True)
     log = directory / "foreign.log"
     with log.open("wb") as sink:
-        command = [sys.executable, str(EXAMPLE / "detector.py"), "schemas", "--connect", f"tcp/127.0.0.1:{bus_port}"]
+        command = [sys.executable, str(EXAMPLE / "detector.py"), "contract", "--connect", f"tcp/127.0.0.1:{bus_port}"]
         process = subprocess.Popen(command, cwd=directory, stdout=sink, stderr=subprocess.STDOUT)
         try:
             yield log
