@@ -67,6 +67,11 @@ class FlightRecord:
         return tuple(logged.message for logged in self._entries.get(topic.name, ()))
 
     @property
+    def is_empty(self) -> bool:
+        """Whether there is no message at all."""
+        return not self._entries
+
+    @property
     def picture_times_ns(self) -> tuple[int, ...]:
         """Capture times of the frames whose pictures were kept, ascending, UTC ns."""
         return self._pictures.times_ns

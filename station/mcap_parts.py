@@ -3,7 +3,7 @@
 import re
 import struct
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
@@ -34,6 +34,14 @@ DAMAGE = (McapError, ZstdError, struct.error, ValueError, EOFError, RuntimeError
 
 class FlightRecordError(ValueError):
     """A recording that cannot be read: one line with the path and the remedy."""
+
+
+class EmptyRecordingError(FlightRecordError):
+    """A recording without a message: of a recorder that was ended before it wrote one, or of nothing that can be read."""
+
+    def __init__(self, path: Path, defects: Iterable[str] = ()) -> None:
+        why = "; ".join(defects)
+        super().__init__(f"{path}: holds no messages" + (f" ({why})" if why else ""))
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from station.flight_record import FlightRecord
-from station.mcap_parts import FlightRecordError
+from station.mcap_parts import EmptyRecordingError, FlightRecordError
 from station.metrics.summary import PAD_RADIUS_M, FlightSummary
 from station.metrics.text import summary_line, summary_lines
 from station.report.error import ReportError
@@ -64,6 +64,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _report(path: Path, target: Path, pad_radius_m: float) -> tuple[FlightRecord, FlightSummary]:
     record, summary = read_and_summarise(path, pad_radius_m)
+    if record.is_empty:
+        raise EmptyRecordingError(path, record.provenance.defects)
     write_report(record, summary, target)
     for defect in record.provenance.defects:
         print(f"note: {defect}", file=sys.stderr)

@@ -11,7 +11,7 @@ from typing import Any
 
 from alight.runtime.clock import NS_PER_S, seconds
 from schemas import topics
-from station.mcap_parts import FlightRecordError, PartsReader
+from station.mcap_parts import EmptyRecordingError, FlightRecordError, PartsReader
 from station.part_story import PartStory
 from station.recording.inventory import Inventory, gaps, picture_name, take_inventory
 
@@ -25,11 +25,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print what is there; returns 1 if the file is none."""
+    """Print what is there; returns 1 if the file is none or holds no messages."""
     flight: Path = arguments.flight
     try:
         reader = PartsReader(flight / "flight.mcap" if flight.is_dir() else flight)
         inventory = take_inventory(reader)
+        if not inventory.messages:
+            raise EmptyRecordingError(flight, reader.defects())
     except FlightRecordError as error:
         print(error, file=sys.stderr)
         return 1

@@ -39,12 +39,17 @@ def run(arguments: argparse.Namespace) -> int:
 def _repair(file: Path, out: Path | None) -> int:
     try:
         found = look(file)
+        if not found.messages:
+            raise SalvageError(f"{file}: holds no messages: nothing can be saved, and it is left as it is")
         if not found.lost and out is None:
             print(f"{file}: whole, {found.messages} messages; nothing to repair")
             return 0
         _rewrite(file, out)
-    except (SalvageError, OSError) as error:
-        reason = str(error) if isinstance(error, SalvageError) else f"{file}: cannot be repaired ({error})"
+    except SalvageError as error:
+        print(error, file=sys.stderr)
+        return 1
+    except OSError as error:
+        reason = f"{file}: cannot be repaired ({error})"
         print(f"{reason}" if out is not None else f"{reason}; --out FILE writes elsewhere", file=sys.stderr)
         return 1
     print(f"{out or file}: {found.messages} messages saved")

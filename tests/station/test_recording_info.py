@@ -2,6 +2,7 @@
 
 import json
 
+import pytest
 from short_recording import short_recording
 from synthetic_flight import START_NS
 
@@ -58,3 +59,12 @@ def test_what_never_came_and_what_was_not_written_are_told_apart(tmp_path):
 def test_what_is_no_recording_is_one_clear_line(tmp_path, capsys):
     assert main(["recording", "info", str(tmp_path)]) == 1
     assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize("begun", [0, 4, 8, 100])
+def test_a_recording_without_a_message_is_none(tmp_path, capsys, begun):
+    stub = tmp_path / "stub.mcap"
+    stub.write_bytes(short_recording(tmp_path).read_bytes()[:begun])
+    assert main(["recording", "info", str(stub)]) == 1
+    said = capsys.readouterr()
+    assert f"{stub}: holds no messages" in said.err and said.err.count("\n") == 1 and not said.out

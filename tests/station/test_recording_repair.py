@@ -87,10 +87,17 @@ def test_what_a_recorder_still_writes_is_refused(recording, tmp_path, capsys):
     assert "still writing" in capsys.readouterr().err
 
 
-def test_a_file_that_was_barely_begun_becomes_an_empty_recording(tmp_path):
-    (tmp_path / "flight.mcap").touch()
-    assert main(["recording", "repair", str(tmp_path / "flight.mcap")]) == 0
-    assert problems_of(tmp_path / "flight.mcap") == ([], [])
+@pytest.mark.parametrize("begun", [0, 4, 8, 100])
+def test_a_file_without_a_message_is_left_alone(recording, tmp_path, capsys, begun):
+    stub = tmp_path / "flight.mcap"
+    stub.write_bytes(recording.read_bytes()[:begun])
+    for more in ([], ["--out", str(tmp_path / "mended.mcap")]):
+        assert main(["recording", "repair", str(stub), *more]) == 1
+        said = capsys.readouterr()
+        assert (
+            "holds no messages" in said.err and "--out" not in said.err and said.err.count("\n") == 1 and not said.out
+        )
+    assert stub.stat().st_size == begun and list(tmp_path.iterdir()) == [stub]
 
 
 def test_what_is_no_recording_is_refused(tmp_path, capsys):

@@ -6,6 +6,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from mcap.writer import MCAP0_MAGIC
 from synthetic_flight import RAW_ERROR_PER_M, Flight
 
 from schemas import topics
@@ -254,3 +255,12 @@ def test_the_command_names_a_missing_recording_in_one_line(tmp_path, capsys):
         capsys.readouterr().err
         == f"{tmp_path / 'none.mcap'}: no such recording; give a flight's folder or its .mcap file\n"
     )
+
+
+@pytest.mark.parametrize("begun", [b"", MCAP0_MAGIC[:4], MCAP0_MAGIC])
+def test_the_command_writes_no_page_of_a_recording_without_messages(tmp_path, capsys, begun):
+    (tmp_path / "stub.mcap").write_bytes(begun)
+    assert report_command.run(arguments(str(tmp_path / "stub.mcap"))) == 1
+    said = capsys.readouterr()
+    assert "stub.mcap: holds no messages" in said.err and said.err.count("\n") == 1 and not said.out
+    assert not (tmp_path / "stub.html").exists()
