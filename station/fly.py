@@ -19,6 +19,7 @@ from station.live_flight import LiveOutcome, fly_live
 from station.lockstep_flight import fly_lockstep
 from station.metrics.summary import summarise
 from station.metrics.text import summary_lines
+from station.out_folder import make_folder
 from station.progress import progress_line
 from station.report.error import ReportError
 from station.report.write import write_report
@@ -138,7 +139,7 @@ def _assignments(arguments: argparse.Namespace, out: Path) -> list[str]:
 
 
 def _fly(settings: Settings, arguments: argparse.Namespace, out: Path) -> int:
-    (out / "logs").mkdir(parents=True, exist_ok=True)
+    make_folder(out / "logs", f"--out {out}")
     configure_logs("station", out / "logs" / "station.jsonl")
     plan = _plan(settings, arguments)
     print(f"Alight: landing on {_pad_text(settings)}; writing {out}")

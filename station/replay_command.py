@@ -4,6 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from station.out_folder import OutFolderError, make_folder
 from station.replay import command as through
 from station.republish import command as republish
 
@@ -29,6 +30,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Replay; the exit status."""
     if arguments.through or arguments.update:
+        try:
+            if arguments.report and not arguments.update:
+                make_folder(arguments.report, f"--report {arguments.report}")
+        except OutFolderError as error:
+            sys.stderr.write(f"alight replay: {error}\n")
+            return 2
         return through.run(arguments)
     if arguments.report or arguments.json or arguments.tolerance:
         sys.stderr.write("alight replay: --report, --json and --tolerance need nodes: add --through SERVICE,...\n")

@@ -14,6 +14,7 @@ from station.biases.study import Study, study_of
 from station.biases.tables import study_lines
 from station.flight_record import read_flight
 from station.mcap_parts import FlightRecordError
+from station.out_folder import make_folder
 
 CORRECTION = "correction.toml"
 
@@ -49,6 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
     from station.report.error import ReportError  # noqa: PLC0415
 
     try:
+        make_folder(arguments.out, f"--out {arguments.out}")
         hovers = [_read(path, arguments.pad_at) for path in arguments.recordings]
         study = study_of(hovers)
         print("\n".join(study_lines(study)))

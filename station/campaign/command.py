@@ -21,6 +21,7 @@ from station.campaign.spec import CampaignSpec, SpecError, read_spec
 from station.campaign.summary import summary_text
 from station.campaign.tables import TableError, check_parquet, write_results, write_timings
 from station.mcap_parts import FlightRecordError
+from station.out_folder import make_folder
 from station.report.error import ReportError
 
 EPILOG = """\
@@ -55,6 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
         tasks = FlightTasks(spec, arguments.spec)
         _rehearse(tasks[0], arguments.spec)
         out: Path = arguments.out or Path("campaigns") / spec.name
+        make_folder(out, f"--out {out}")
         with Ledger(out, spec, software()) as ledger:
             return _run(spec, tasks, ledger, out, arguments)
     except (SpecError, TableError, OSError) as error:

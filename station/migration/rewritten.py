@@ -19,6 +19,7 @@ from schemas.wire import encoding_of
 from services.recorder import layout
 from services.recorder.viewer_schema import viewer_schema
 from station.migration.chain import MigrationError, migrated, recorded_as
+from station.out_folder import created
 
 MIGRATED = "alight.migrated"
 """Name of the metadata record that says from which versions to which a recording was migrated."""
@@ -31,10 +32,13 @@ def rewritten(source: Path, target: Path) -> int:
         How many messages there are.
 
     Raises:
-        MigrationError: If the source cannot be read to its end, or is of an unknown version; then no target is left.
-        OSError: If the target exists, or cannot be written.
+        MigrationError: If the source is not there, cannot be read to its end, or is of an unknown version; then no target is left.
+        FileExistsError: If the target exists.
+        OSError: If the target cannot be written.
     """
-    with target.open("xb") as file:
+    if not source.is_file():
+        raise MigrationError(f"{source}: no such recording; give an .mcap file")
+    with created(target, f"--out {target}") as file:
         try:
             return _Copy(file).take(_records(source))
         except (McapError, struct.error, ValueError, EOFError, RuntimeError) as error:

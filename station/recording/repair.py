@@ -4,6 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from station.out_folder import unwritable
 from station.recording.files import files_of
 from station.recording.salvage import SalvageError, look, salvage
 
@@ -39,23 +40,36 @@ def run(arguments: argparse.Namespace) -> int:
 def _repair(file: Path, out: Path | None) -> int:
     try:
         found = look(file)
-        if not found.messages:
-            raise SalvageError(f"{file}: holds no messages: nothing can be saved, and it is left as it is")
-        if not found.lost and out is None:
-            print(f"{file}: whole, {found.messages} messages; nothing to repair")
-            return 0
+    except (SalvageError, OSError) as error:
+        return _refuse(str(error) if isinstance(error, SalvageError) else f"{file}: {error.strerror}")
+    if not found.messages:
+        return _refuse(f"{file}: holds no messages: nothing can be saved, and it is left as it is")
+    if not found.lost and out is None:
+        print(f"{file}: whole, {found.messages} messages; nothing to repair")
+        return 0
+    try:
         _rewrite(file, out)
     except SalvageError as error:
-        print(error, file=sys.stderr)
-        return 1
+        return _refuse(str(error))
     except OSError as error:
-        reason = f"{file}: cannot be repaired ({error})"
-        print(f"{reason}" if out is not None else f"{reason}; --out FILE writes elsewhere", file=sys.stderr)
-        return 1
+        return _refuse(_unwritten(error, file, out))
     print(f"{out or file}: {found.messages} messages saved")
     for lost in found.lost:
         print(f"lost: {lost}")
     return 0
+
+
+def _unwritten(error: OSError, file: Path, out: Path | None) -> str:
+    if out is None:
+        return f"{file}: cannot be repaired in its place ({error.strerror or error}); --out FILE writes elsewhere"
+    if isinstance(error, FileExistsError):
+        return f"--out {out}: is there already, and nothing is overwritten"
+    return str(unwritable(f"--out {out}", error))
+
+
+def _refuse(reason: str) -> int:
+    print(reason, file=sys.stderr)
+    return 1
 
 
 def _rewrite(file: Path, out: Path | None) -> None:

@@ -2,10 +2,15 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from station.__main__ import COMMANDS, main, parser
+
+REPOSITORY = Path(__file__).parents[2]
+RECORDING = REPOSITORY / "tests" / "replay" / "flights" / "descent.mcap"
+SPEC = REPOSITORY / "station" / "campaign" / "examples" / "thousand.toml"
 
 NAMES = [command.name for command in COMMANDS]
 
@@ -38,3 +43,24 @@ def test_a_command_that_is_not_asked_for_is_named_but_not_loaded(capsys) -> None
     parser([]).print_help()
     said = capsys.readouterr().out
     assert all(f"    {name}" in said for name in NAMES)
+
+
+@pytest.mark.parametrize(
+    ("words", "option"),
+    [
+        (["fly", "--lockstep"], "--out"),
+        (["campaign", str(SPEC)], "--out"),
+        (["replay", str(RECORDING), "--through", "filter"], "--report"),
+        (["calibrate", "bias", str(RECORDING)], "--out"),
+    ],
+    ids=lambda words: words[0],
+)
+def test_a_folder_that_cannot_be_written_is_told_at_once(words, option, tmp_path, capsys) -> None:
+    (tmp_path / "file").touch()
+    folder = tmp_path / "file" / "below"
+    assert main([*words, option, str(folder)]) != 0
+    said = capsys.readouterr()
+    assert (
+        said.err.endswith(f": {option} {folder}: Not a directory: choose another folder\n")
+        and said.err.count("\n") == 1
+    )

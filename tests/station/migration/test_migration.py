@@ -213,6 +213,15 @@ def test_a_migrated_file_is_of_this_version_to_the_letter_and_says_the_same(tmp_
     assert "nothing is overwritten" in capsys.readouterr().err
 
 
+def test_what_cannot_be_read_or_written_is_named(tmp_path, capsys):
+    out, missing = tmp_path / "nowhere" / "migrated.mcap", tmp_path / "missing.mcap"
+    assert main(["recording", "migrate", str(VERSION_1), "--out", str(out)]) == 2
+    assert f"--out {out}: No such file or directory: choose another folder" in capsys.readouterr().err
+    assert main(["recording", "migrate", str(missing), "--out", str(tmp_path / "migrated.mcap")]) == 2
+    assert f"{missing}: no such recording" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize("kept", [0.0, 0.3, 0.9])
 def test_a_damaged_file_is_not_migrated_but_sent_to_repair(tmp_path, capsys, kept):
     data = VERSION_1.read_bytes()
