@@ -23,7 +23,7 @@ from services.detector.aruco import ArucoBackend
 from services.detector.charuco import NoChessboardError
 from services.detector.detector import Detector, FoundMarker, GreyPicture, Prior, View
 from services.detector.node import grey
-from services.detector.registry import UnknownDetectorError, detector_from
+from services.detector.registry import UnknownDetectorError, detector_from, detector_names
 from services.detector.square_pose import located
 from services.detector.yolo.model_error import ModelError
 from station.detect_context import ContextError, PriorFor, read_context
@@ -34,6 +34,7 @@ SizePx = tuple[int, int]
 
 _PAPERS_FAMILY = "5x5_1000"
 _DEFAULT_FAMILY = {"apriltag": "apriltag_36h11"}
+_ANY_SIZE_PX = (640, 480)
 _WHOLE_FAMILIES = ("apriltag",)
 """Detectors that give all markers of the pad's families, whichever the pad is."""
 _WRONG_OPTIONS = (
@@ -183,6 +184,8 @@ def _look_at(
 
 def _detector(arguments: argparse.Namespace) -> Detector:
     name = arguments.detector or ArucoBackend.name
+    if name not in detector_names():
+        raise UnknownDetectorError(f"--detector: no detector {name!r}: there are: {', '.join(detector_names())}")
     family = (arguments.family or _DEFAULT_FAMILY.get(name, _PAPERS_FAMILY)).lower()
     if arguments.dictionary is not None:
         if name != ArucoBackend.name:
@@ -203,8 +206,7 @@ def _camera_for(path: Path | None) -> CameraFor:
     """How to get the camera for a size of picture; OpenCV's YAML often leaves out for which size it holds."""
     if path is None:
         return lambda _size_px: None
-    if path.suffix == ".toml":
-        read_calibration(path, "--camera")
+    read_calibration(path, "--camera", _ANY_SIZE_PX)  # a wrong file shows before the first picture
 
     @functools.cache
     def camera(size_px: SizePx) -> PinholeCamera:

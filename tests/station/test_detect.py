@@ -94,6 +94,13 @@ def test_what_cannot_be_decoded_is_named_and_the_rest_is_done(capsys, picture, t
         (["{picture}", "--family", "5x5"], "no marker family '5x5'"),
         (["{picture}", "--id", "1", "--detector", "yolo"], "detector.yolo.model: names no model: "),
         (["{picture}", "--id", "1", "--detector", "yolo", "--model", "nowhere.onnx"], "no file nowhere.onnx: "),
+        (["{picture}", "--detector", "foo"], "--detector: no detector 'foo': there are: aided, "),
+        (["{picture}", "--detector", "foo", "--dictionary", "mine.yml"], "--detector: no detector 'foo': there are: "),
+        (["{picture}", "--camera", "{picture}"], "pad.png: cannot be read (not a text file): correct --camera"),
+        (
+            ["{picture}", "--camera", "missing.yaml"],
+            "missing.yaml: cannot be read (No such file or directory): correct",
+        ),
         (["{picture}", "--family", "5x5_50", "--detector", "apriltag"], "reads apriltag_16h5,"),
         (
             ["{picture}", "--camera", "missing.toml"],
