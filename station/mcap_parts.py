@@ -168,8 +168,8 @@ class PartsReader:
             try:
                 record = next(reader)
             except (*DAMAGE, StopIteration) as error:
-                if offset == 0 and not _is_barely_begun(part.path):
-                    raise FlightRecordError(f"{part.path}: not an MCAP recording ({error})") from error
+                if offset == 0 and not begins_as_recording(part.path):
+                    raise FlightRecordError(f"{part.path}: not an MCAP recording") from error
                 part.defects.append(f"{part.path.name} was not finished: what follows its last whole chunk is lost")
                 return
             end = file.tell()
@@ -231,8 +231,8 @@ def _of_this_version(topic: Topic[Any], channel: Channel, data: bytes) -> bytes 
         return None
 
 
-def _is_barely_begun(path: Path) -> bool:
-    """Whether a recorder was ended before it had written the first record."""
+def begins_as_recording(path: Path) -> bool:
+    """Whether a file begins as an MCAP file does, as far as it goes: an empty one does."""
     with path.open("rb") as file:
         return MCAP0_MAGIC.startswith(file.read(len(MCAP0_MAGIC)))
 

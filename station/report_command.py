@@ -57,7 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.figures:
             _draw_figures(reported, arguments.figures)
     except (FlightRecordError, ReportError) as error:
-        print(error, file=sys.stderr)
+        print(f"alight report: {error}", file=sys.stderr)
         return 1
     return 0
 

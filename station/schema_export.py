@@ -26,15 +26,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Carry out `alight schema export DIR`; returns the exit status."""
     if (arguments.directory / "__init__.py").exists():
-        print(f"{arguments.directory} holds Python code: choose another folder, such as contract", file=sys.stderr)
-        return 1
+        return _refuse(f"{arguments.directory} holds Python code: choose another folder, such as contract")
     try:
         written = export(arguments.directory)
     except OSError as error:
-        print(f"{arguments.directory} cannot be written ({error.strerror}): choose another folder", file=sys.stderr)
-        return 1
+        return _refuse(f"{arguments.directory} cannot be written ({error.strerror}): choose another folder")
     print(f"{len(written)} files written to {arguments.directory}; begin with topics.json")
     return 0
+
+
+def _refuse(reason: str) -> int:
+    print(f"alight schema export: {reason}", file=sys.stderr)
+    return 1
 
 
 def export(directory: Path) -> list[Path]:

@@ -1,12 +1,10 @@
 """A whole recording in the present version: for other programs, which know no steps."""
 
 import json
-import struct
 from collections.abc import Iterator
 from pathlib import Path
 from typing import IO, Any
 
-from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, Footer, Header, McapRecord, Metadata, Schema
 from mcap.records import Message as McapMessage
 from mcap.stream_reader import StreamReader
@@ -18,6 +16,7 @@ from schemas.topics import Topic
 from schemas.wire import encoding_of
 from services.recorder import layout
 from services.recorder.viewer_schema import viewer_schema
+from station.mcap_parts import DAMAGE, begins_as_recording
 from station.migration.chain import MigrationError, migrated, recorded_as
 from station.out_folder import created
 
@@ -41,14 +40,17 @@ def rewritten(source: Path, target: Path) -> int:
     with created(target, f"--out {target}") as file:
         try:
             return _Copy(file).take(_records(source))
-        except (McapError, struct.error, ValueError, EOFError, RuntimeError) as error:
+        except DAMAGE as error:
             target.unlink()
-            reason = (
-                str(error)
-                if isinstance(error, MigrationError)
-                else f"damaged ({error}); `alight recording repair` first"
-            )
-            raise MigrationError(f"{source}: {reason}") from None
+            raise MigrationError(f"{source}: {_reason(error, source)}") from None
+
+
+def _reason(error: Exception, source: Path) -> str:
+    if isinstance(error, MigrationError):
+        return str(error)
+    if not begins_as_recording(source):
+        return "not an MCAP recording"
+    return "not finished, or damaged; `alight recording repair` first"
 
 
 def _records(source: Path) -> Iterator[McapRecord]:

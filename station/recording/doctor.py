@@ -20,7 +20,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Examine; returns 1 if anything is wrong."""
     files = [file for path in arguments.recordings for file in files_of(path)]
     if not files:
-        print(f"{arguments.recordings[0]}: no such recording", file=sys.stderr)
+        print(f"alight recording doctor: {arguments.recordings[0]}: no such recording", file=sys.stderr)
         return 1
     if not can_validate():
         print("note: messages are not held against their schemas; for that: pip install jsonschema")

@@ -33,7 +33,7 @@ def run(arguments: argparse.Namespace) -> int:
         if not inventory.messages:
             raise EmptyRecordingError(flight, reader.defects())
     except FlightRecordError as error:
-        print(error, file=sys.stderr)
+        print(f"alight recording info: {error}", file=sys.stderr)
         return 1
     lacking = [*reader.defects(), *gaps(inventory)]
     if arguments.json:

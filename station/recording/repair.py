@@ -29,11 +29,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Repair; returns 1 if something could not be."""
     files = files_of(arguments.recording)
     if not files:
-        print(f"{arguments.recording}: no such recording", file=sys.stderr)
-        return 1
+        return _refuse(f"{arguments.recording}: no such recording")
     if arguments.out is not None and len(files) > 1:
-        print(f"--out: {arguments.recording} has {len(files)} files; name one of them", file=sys.stderr)
-        return 1
+        return _refuse(f"--out: {arguments.recording} has {len(files)} files; name one of them")
     return max(_repair(file, arguments.out) for file in files)
 
 
@@ -68,7 +66,7 @@ def _unwritten(error: OSError, file: Path, out: Path | None) -> str:
 
 
 def _refuse(reason: str) -> int:
-    print(reason, file=sys.stderr)
+    print(f"alight recording repair: {reason}", file=sys.stderr)
     return 1
 
 

@@ -17,7 +17,7 @@ from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from alight.runtime.clock import NS_PER_S
 from services.recorder import layout
-from station.mcap_parts import DAMAGE
+from station.mcap_parts import DAMAGE, begins_as_recording
 
 _LONGEST_RECORD_BYTES = 2**30
 _CRC_BYTES = 4
@@ -177,11 +177,8 @@ def _inside(chunk: Chunk, at: int, found: Salvage) -> Iterator[list[McapRecord]]
 
 def _note_end(source: Path, at: int, found: Salvage, error: BaseException) -> None:
     size = source.stat().st_size
-    if at == 0:
-        with source.open("rb") as file:
-            begun = file.read(len(MCAP0_MAGIC))
-        if not MCAP0_MAGIC.startswith(begun):
-            raise SalvageError(f"{source}: not an MCAP recording ({error})") from error
+    if at == 0 and not begins_as_recording(source):
+        raise SalvageError(f"{source}: not an MCAP recording") from error
     until = f"what came after {_clock(found.last_ns)}" if found.messages else "everything"
     torn = f" ({size - at} bytes at its end are no whole record)" if size > at else ""
     found.lost.append(f"{until}: the file was not finished{torn}")

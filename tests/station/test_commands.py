@@ -64,3 +64,25 @@ def test_a_folder_that_cannot_be_written_is_told_at_once(words, option, tmp_path
         said.err.endswith(f": {option} {folder}: Not a directory: choose another folder\n")
         and said.err.count("\n") == 1
     )
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["report"], ["recording", "info"], ["recording", "repair"], ["recording", "migrate", "--out", "unwritten.mcap"]],
+)
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [(None, "no such recording"), (b"no", "not an MCAP recording"), (b"no recording at all", "not an MCAP")],
+)
+def test_what_is_no_recording_is_said_by_the_command_in_plain_words(
+    words, content, reason, tmp_path, monkeypatch, capsys
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "text.mcap"
+    if content is not None:
+        path.write_bytes(content)
+    assert main([*words, str(path)]) != 0
+    said = capsys.readouterr().err
+    named = " ".join(words[:2]) if words[0] == "recording" else words[0]
+    assert said.startswith(f"alight {named}: {path}: {reason}") and said.count("\n") == 1
+    assert "buffer" not in said and "()" not in said

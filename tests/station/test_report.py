@@ -253,7 +253,7 @@ def test_the_command_names_a_missing_recording_in_one_line(tmp_path, capsys):
     assert report_command.run(arguments(str(tmp_path / "none.mcap"))) == 1
     assert (
         capsys.readouterr().err
-        == f"{tmp_path / 'none.mcap'}: no such recording; give a flight's folder or its .mcap file\n"
+        == f"alight report: {tmp_path / 'none.mcap'}: no such recording; give a flight's folder or its .mcap file\n"
     )
 
 

@@ -213,6 +213,14 @@ def test_a_migrated_file_is_of_this_version_to_the_letter_and_says_the_same(tmp_
     assert "nothing is overwritten" in capsys.readouterr().err
 
 
+def test_a_chunk_that_was_overwritten_is_damage(tmp_path, capsys):
+    data = bytearray(VERSION_1.read_bytes())
+    data[len(data) // 2 : len(data) // 2 + 2000] = bytes(2000)
+    (tmp_path / "holed.mcap").write_bytes(data)
+    assert main(["recording", "migrate", str(tmp_path / "holed.mcap"), "--out", str(tmp_path / "out.mcap")]) == 2
+    assert "holed.mcap: not finished, or damaged; `alight" in capsys.readouterr().err
+
+
 def test_what_cannot_be_read_or_written_is_named(tmp_path, capsys):
     out, missing = tmp_path / "nowhere" / "migrated.mcap", tmp_path / "missing.mcap"
     assert main(["recording", "migrate", str(VERSION_1), "--out", str(out)]) == 2
@@ -228,7 +236,7 @@ def test_a_damaged_file_is_not_migrated_but_sent_to_repair(tmp_path, capsys, kep
     (tmp_path / "cut.mcap").write_bytes(data[: int(len(data) * kept)])
     out = tmp_path / "migrated.mcap"
     assert main(["recording", "migrate", str(tmp_path / "cut.mcap"), "--out", str(out)]) == 2
-    assert "`alight recording repair` first" in capsys.readouterr().err
+    assert "cut.mcap: not finished, or damaged; `alight recording repair` first" in capsys.readouterr().err
     assert not out.exists()
 
 
