@@ -1,7 +1,8 @@
 """Where settings come from: one TOML file, then the environment, then `--set`; later ones win.
 
 The environment's names are `ALIGHT_SECTION__KEY` (`ALIGHT_CAMERA__RATE_HZ=20`) and, for the keys without a section,
-`ALIGHT_SEED` and `ALIGHT_VEHICLE`. Values are read as TOML, and as plain text where that fails.
+`ALIGHT_SEED` and `ALIGHT_VEHICLE`. One with a section's name and no two underscores is refused; others are left alone. Values are
+read as TOML, and as plain text where that fails.
 """
 
 import difflib
@@ -97,7 +98,24 @@ def _key_of_variable(name: str) -> tuple[str, ...] | None:
     if not name.startswith(PREFIX):
         return None
     key = tuple(name.removeprefix(PREFIX).lower().split("__"))
-    return key if len(key) > 1 or key[0] in TOP_LEVEL else None
+    if len(key) > 1 or key[0] in TOP_LEVEL:
+        return key
+    parts = _parts(key[0], Settings)
+    if len(parts) > 1:
+        meant = PREFIX + "__".join(parts).upper()
+        raise SettingsError(
+            f"environment variable {name}: two underscores stand between section and key: write {meant}"
+        )
+    return None
+
+
+def _parts(name: str, section: type[BaseModel]) -> tuple[str, ...]:
+    """Sections and key that a name with single underscores is put together from: `camera_live_url` is camera, live, url."""
+    for key in section.model_fields:
+        inner = _section(section, key)
+        if inner is not None and name.startswith(f"{key}_"):
+            return key, *_parts(name.removeprefix(f"{key}_"), inner)
+    return (name,)
 
 
 def _split(assignment: str) -> tuple[tuple[str, ...], str]:
@@ -148,12 +166,18 @@ def _explain(error: ValidationError, origin: Mapping[tuple[str, ...], str]) -> s
 def _nearest(key: tuple[str, ...]) -> str:
     section: type[BaseModel] = Settings
     for part in key[:-1]:
-        annotation = section.model_fields[part].annotation if part in section.model_fields else None
-        if not (isinstance(annotation, type) and issubclass(annotation, BaseModel)):
+        inner = _section(section, part)
+        if inner is None:
             break
-        section = annotation
+        section = inner
     names = list(section.model_fields)
     near = difflib.get_close_matches(key[-1], names, n=1)
     if near:
         return f"did you mean {'.'.join((*key[:-1], near[0]))}?"
     return f"there are: {', '.join(names)}" if names else "this section has no keys"
+
+
+def _section(within: type[BaseModel], key: str) -> type[BaseModel] | None:
+    """The section of that name; None if it is no section."""
+    annotation = within.model_fields[key].annotation if key in within.model_fields else None
+    return annotation if isinstance(annotation, type) and issubclass(annotation, BaseModel) else None

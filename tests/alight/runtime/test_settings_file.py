@@ -38,6 +38,7 @@ def test_text_needs_no_quotes() -> None:
 
 def test_variables_of_others_are_left_alone() -> None:
     assert load_settings(None, {"ALIGHTER": "1", "PATH": "/", "ALIGHT_REAL_DATA": "x"}) == Settings()
+    assert load_settings(None, {"ALIGHT_PX4_RUN": "x", "ALIGHT_PX4_LOGS": "x", "ALIGHT_CAMERAS": "2"}) == Settings()
 
 
 @pytest.mark.parametrize(
@@ -49,6 +50,9 @@ def test_variables_of_others_are_left_alone() -> None:
         ("pad = [\n", {}, [], ["site.toml", "not valid toml"]),
         ("[pda]\nid = 5", {}, [], [".toml: pda is no setting", "did you mean pad?"]),
         ("", {"ALIGHT_PAD__ID": "-5"}, [], ["ALIGHT_PAD__ID", "pad.id"]),
+        ("", {"ALIGHT_CAMERA_RATE_HZ": "20"}, [], ["variable ALIGHT_CAMERA_RATE_HZ: ", "write ALIGHT_CAMERA__RATE_HZ"]),
+        ("", {"ALIGHT_CAMERA_LIVE_URL": "x"}, [], ["two underscores", "write ALIGHT_CAMERA__LIVE__URL"]),
+        ("", {"ALIGHT_PAD_IDD": "5"}, [], ["two underscores", "write ALIGHT_PAD__IDD"]),
         ("", {}, ["pad.id=x"], ["--set pad.id=x", "pad.id", "integer"]),
         ("", {}, ["pad.id"], ["--set pad.id", "section.key=value"]),
         ("", {}, ["seed=nan"], ["--set seed=nan", "seed"]),
