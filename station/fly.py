@@ -208,5 +208,8 @@ def _print_progress(director: FlightDirector) -> None:
 
 
 def _ned(text: str) -> Vector3:
-    north_m, east_m, down_m = (float(part) for part in text.split(","))
+    try:
+        north_m, east_m, down_m = (float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r}: write N,E,D in metres, such as 10,10,-20") from None
     return north_m, east_m, down_m

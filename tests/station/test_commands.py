@@ -86,3 +86,11 @@ def test_what_is_no_recording_is_said_by_the_command_in_plain_words(
     named = " ".join(words[:2]) if words[0] == "recording" else words[0]
     assert said.startswith(f"alight {named}: {path}: {reason}") and said.count("\n") == 1
     assert "buffer" not in said and "()" not in said
+
+
+@pytest.mark.parametrize("start", ["1,2", "1,2,3,4", "here", ""])
+def test_a_start_that_is_no_place_is_told_with_an_example(start, capsys) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["fly", "--start", start])
+    assert ended.value.code == 2
+    assert f"--start: {start!r}: write N,E,D in metres, such as 10,10,-20" in capsys.readouterr().err
