@@ -11,7 +11,7 @@ class PadSettings(Section):
     """A layout of markers, or one square marker. Defaults are the paper's pad (Section 4.1)."""
 
     layout: Annotated[str, Field(max_length=500)] = ""
-    """Name of a shipped layout (`paper`, `nested`) or path of a TOML file; empty for the single marker that the keys below describe,
+    """Name of a shipped layout (`charuco`, `nested`, `paper`) or path of a TOML file; empty for the single marker that the keys below describe,
     which a layout leaves unused."""
     family: str = "5x5_1000"
     """Marker family: an OpenCV ArUco dictionary such as `5x5_1000`, or `apriltag_36h11`."""

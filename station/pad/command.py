@@ -6,7 +6,7 @@ from pathlib import Path
 
 from alight.geometry.camera import PinholeCamera
 from alight.markers.family import FamilyError
-from alight.markers.layout import LayoutError, PadLayout, read_layout
+from alight.markers.layout import LayoutError, PadLayout, read_layout, shipped_layouts
 from schemas.settings.camera import CameraSettings
 from services.camera.calibration_file import CalibrationError, configured_calibration, read_calibration
 from station.pad.drawing import draw_layout
@@ -82,7 +82,11 @@ def run_show(arguments: argparse.Namespace) -> int:
 
 
 def _add_layout(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("layout", metavar="LAYOUT", help="`paper`, `nested`, or a TOML file of your own")
+    parser.add_argument(
+        "layout",
+        metavar="LAYOUT",
+        help=f"{', '.join(f'`{name}`' for name in shipped_layouts())}, or a TOML file of your own",
+    )
 
 
 def _print_table(layout: PadLayout) -> None:

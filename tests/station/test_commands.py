@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from alight.markers.layout import shipped_layouts
 from station.__main__ import COMMANDS, main, parser
 
 REPOSITORY = Path(__file__).parents[2]
@@ -34,6 +35,14 @@ def test_the_help_of_each_command_says_what_it_is_for(name, capsys) -> None:
     assert ended.value.code == 0
     meaning = next(command.meaning for command in COMMANDS if command.name == name)
     assert meaning[1:30] in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("action", ["show", "print"])
+def test_the_help_of_a_pad_names_every_shipped_layout(action, capsys) -> None:
+    with pytest.raises(SystemExit):
+        main(["pad", action, "--help"])
+    said = capsys.readouterr().out
+    assert [name for name in shipped_layouts() if f"`{name}`" not in said] == []
 
 
 def test_a_command_that_is_not_asked_for_is_named_but_not_loaded(capsys) -> None:

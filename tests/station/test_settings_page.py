@@ -5,6 +5,7 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
+from alight.markers.layout import shipped_layouts
 from schemas.settings import Settings
 from station.settings_page import settings_page
 
@@ -18,6 +19,11 @@ def test_the_committed_page_is_up_to_date() -> None:
 def test_every_key_says_what_it_means() -> None:
     silent = [name for name, description in described(Settings, "") if not description]
     assert not silent
+
+
+def test_every_shipped_layout_is_named() -> None:
+    told = dict(described(Settings, ""))["pad.layout"] or ""
+    assert [name for name in shipped_layouts() if f"`{name}`" not in told] == []
 
 
 def described(section: type[BaseModel], prefix: str) -> Iterator[tuple[str, str | None]]:
