@@ -1,6 +1,7 @@
 """`make bench`, or `python -m station.bench [NAME...]`, or `python -m station.bench campaign --flights 1000`: prints the tables."""
 
 import sys
+from collections.abc import Iterator
 
 from station.bench.calibration import bench_calibration
 from station.bench.campaign import bench_campaign
@@ -58,6 +59,9 @@ def main() -> int:
     if sys.argv[1:] and sys.argv[1] in WITH_OPTIONS and (len(sys.argv) == 2 or sys.argv[2].startswith("-")):
         WITH_OPTIONS[sys.argv[1]](sys.argv[2:])
         return 0
+    if {"-h", "--help"} & set(sys.argv[1:]):
+        print("\n".join(_help()))
+        return 0
     names = sys.argv[1:] or list(BENCHES)
     unknown = [name for name in names if name not in BENCHES]
     if unknown:
@@ -66,6 +70,13 @@ def main() -> int:
     for name in names:
         BENCHES[name]()
     return 0
+
+
+def _help() -> Iterator[str]:
+    yield "usage: python -m station.bench [NAME...]\n\nPrints the tables of the named benches, or of all:\n"
+    for name, bench in BENCHES.items():
+        yield f"  {name:19} {(sys.modules[bench.__module__].__doc__ or '').splitlines()[0]}"
+    yield f"\nThese take options when named alone (NAME --help lists them): {', '.join(WITH_OPTIONS)}."
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+import station.bench.__main__ as bench
 from alight.markers.layout import shipped_layouts
 from station.__main__ import COMMANDS, main, parser
 
@@ -43,6 +44,14 @@ def test_the_help_of_a_pad_names_every_shipped_layout(action, capsys) -> None:
         main(["pad", action, "--help"])
     said = capsys.readouterr().out
     assert [name for name in shipped_layouts() if f"`{name}`" not in said] == []
+
+
+@pytest.mark.parametrize("words", [["--help"], ["-h"], ["geodesy", "--help"]])
+def test_the_help_of_the_benches_lists_them(words, monkeypatch, capsys) -> None:
+    monkeypatch.setattr(sys, "argv", ["bench", *words])
+    assert bench.main() == 0
+    said = capsys.readouterr().out
+    assert all(f"\n  {name} " in said for name in bench.BENCHES)
 
 
 def test_a_command_that_is_not_asked_for_is_named_but_not_loaded(capsys) -> None:
