@@ -217,7 +217,8 @@ class AutopilotLink:
             return ("no autopilot has been heard: check commander.vehicle_url and that the autopilot is running",)
         if not self.connected(now_ns):
             return (f"the autopilot has been silent for {self.silence_s(now_ns):.1f} s",)
-        return (*complaints_about(self._parameters.values, self._as_gcs), *self.clock.complaints(now_ns))
+        settings = (*self._parameters.complaints(), *complaints_about(self._parameters.values, self._as_gcs))
+        return (*settings, *self.clock.complaints(now_ns))
 
     def counters(self) -> Mapping[str, int]:
         """Everything counted since start."""

@@ -10,7 +10,13 @@ from services.commander.dialect import mavlink
 WANTED = ("NAV_DLL_ACT", "COM_OF_LOSS_T", "COM_OBL_RC_ACT", "COM_DISARM_LAND", "MPC_LAND_SPEED", "MPC_XY_VEL_MAX")
 """PX4 parameters, in the order of asking."""
 ASK_AGAIN_S = 1.0
-TRIES = 5
+QUICK_ROUNDS = 5
+"""So often it is asked at that pace; on a link that loses packets each of them may be lost."""
+ASK_SLOWLY_S = 10.0
+"""From then on: an autopilot that does not have a parameter says nothing, and one that could not answer must be asked again."""
+
+ROUNDS_TO_COMPLAIN = 2
+"""An answer takes some hundredths of a second, so by the second round one has failed to come."""
 
 _INTEGERS = {
     mavlink.MAV_PARAM_TYPE_UINT8: "<B",
@@ -23,7 +29,7 @@ _INTEGERS = {
 
 
 class Parameters:
-    """Asks for each wanted parameter until it is known, and keeps what the autopilot announces later."""
+    """Asks for each wanted parameter until it is known, however long that takes, and keeps what the autopilot announces later."""
 
     def __init__(self) -> None:
         self.reset()
@@ -32,12 +38,12 @@ class Parameters:
         """Forget all and ask anew."""
         self.values: dict[str, float] = {}
         """Known values by name."""
-        self._tries = dict.fromkeys(WANTED, 0)
+        self._rounds = 0
         self._next_ns = 0
 
     def take(self, message: Any) -> None:
         """Take a PARAM_VALUE. PX4 sends an integer as its bytes in the place of the float."""
-        if message.param_id not in self._tries:
+        if message.param_id not in WANTED:
             return
         layout = _INTEGERS.get(message.param_type)
         value = message.param_value
@@ -49,13 +55,24 @@ class Parameters:
         """The PARAM_REQUEST_READ messages to send now."""
         if now_ns < self._next_ns:
             return []
-        self._next_ns = now_ns + nanoseconds(ASK_AGAIN_S)
-        missing = [name for name in WANTED if name not in self.values and self._tries[name] < TRIES]
-        for name in missing:
-            self._tries[name] += 1
+        self._rounds += 1
+        self._next_ns = now_ns + nanoseconds(ASK_AGAIN_S if self._rounds < QUICK_ROUNDS else ASK_SLOWLY_S)
+        missing = [name for name in WANTED if name not in self.values]
         return [
             mavlink.MAVLink_param_request_read_message(system, component, name.encode("ascii"), -1) for name in missing
         ]
+
+    def complaints(self) -> tuple[str, ...]:
+        """What is not known though it was asked for more than once, in words with the consequence.
+
+        A landing is not refused for it: a simulation or another autopilot may not have the parameter.
+        """
+        if self._rounds < ROUNDS_TO_COMPLAIN or "COM_OBL_RC_ACT" in self.values:
+            return ()
+        return (
+            "COM_OBL_RC_ACT is not known, the autopilot does not answer: what it does when setpoints stop is not known either, and if it "
+            "terminates the flight (6) or disarms in the air (7) a landing is not refused; look it up before the flight",
+        )
 
 
 def complaints_about(values: Mapping[str, float], heartbeat_as_gcs: bool) -> tuple[str, ...]:
