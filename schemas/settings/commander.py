@@ -19,8 +19,8 @@ class LinkSettings(Section):
     """System id of the autopilot; 0 takes the first whose heartbeat is heard."""
     heartbeat: Literal["auto", "gcs", "onboard_controller"] = "auto"
     """What the own heartbeat says it is. PX4 sends its texts (STATUSTEXT) only where it hears a ground station, but a commander that
-    passes for one also hides the loss of the real one from PX4. `auto` passes for a ground station once the parameter NAV_DLL_ACT has
-    been read as 0, which means that PX4 does nothing on that loss anyway."""
+    passes for one also hides the loss of the real one from PX4. `auto` passes for a ground station as long as the parameter
+    NAV_DLL_ACT is known to be 0, which means that PX4 does nothing on that loss anyway. The newest value counts; it is asked for every ten seconds."""
     timeout_s: float = Field(default=2.0, gt=0.0, le=30.0)
     """Silence of the autopilot longer than this is a lost link."""
     command_tries: int = Field(default=3, ge=1, le=10)

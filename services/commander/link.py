@@ -51,7 +51,6 @@ class AutopilotLink:
         self._newest_boot_ms = 0
         self._next_heartbeat_ns = 0
         self._next_timesync_ns = 0
-        self._as_gcs = settings.link.heartbeat == "gcs"
         self._out = bytearray()
         self._states: deque[VehicleState] = deque(maxlen=256)
         self._outcomes: deque[Outcome] = deque(maxlen=64)
@@ -217,7 +216,7 @@ class AutopilotLink:
             return ("no autopilot has been heard: check commander.vehicle_url and that the autopilot is running",)
         if not self.connected(now_ns):
             return (f"the autopilot has been silent for {self.silence_s(now_ns):.1f} s",)
-        settings = (*self._parameters.complaints(), *complaints_about(self._parameters.values, self._as_gcs))
+        settings = (*self._parameters.complaints(), *complaints_about(self._parameters.values, self._passes_for_gcs))
         return (*settings, *self.clock.complaints(now_ns))
 
     def counters(self) -> Mapping[str, int]:
@@ -327,10 +326,15 @@ class AutopilotLink:
         self._out += message.pack(self._encoder)
         self._encoder.seq = (self._encoder.seq + 1) % 256
 
+    @property
+    def _passes_for_gcs(self) -> bool:
+        """By what the autopilot said last: whoever sets NAV_DLL_ACT in flight relies from then on on the loss being noticed."""
+        if self._settings.heartbeat == "auto":
+            return self._parameters.values.get("NAV_DLL_ACT") == 0.0
+        return self._settings.heartbeat == "gcs"
+
     def _send_heartbeat(self) -> None:
-        if self._settings.heartbeat == "auto" and self._parameters.values.get("NAV_DLL_ACT") == 0.0:
-            self._as_gcs = True
-        kind = mavlink.MAV_TYPE_GCS if self._as_gcs else mavlink.MAV_TYPE_ONBOARD_CONTROLLER
+        kind = mavlink.MAV_TYPE_GCS if self._passes_for_gcs else mavlink.MAV_TYPE_ONBOARD_CONTROLLER
         invalid, active = mavlink.MAV_AUTOPILOT_INVALID, mavlink.MAV_STATE_ACTIVE
         self._send(mavlink.MAVLink_heartbeat_message(kind, invalid, 0, 0, active, 3))
 

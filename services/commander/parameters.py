@@ -9,6 +9,8 @@ from services.commander.dialect import mavlink
 
 WANTED = ("NAV_DLL_ACT", "COM_OF_LOSS_T", "COM_OBL_RC_ACT", "COM_DISARM_LAND", "MPC_LAND_SPEED", "MPC_XY_VEL_MAX")
 """PX4 parameters, in the order of asking."""
+WATCHED = ("NAV_DLL_ACT", "COM_OBL_RC_ACT")
+"""Asked for also when they are known: they may be changed in flight, and the announcement of that may be lost or go to another link."""
 ASK_AGAIN_S = 1.0
 QUICK_ROUNDS = 5
 """So often it is asked at that pace; on a link that loses packets each of them may be lost."""
@@ -29,7 +31,7 @@ _INTEGERS = {
 
 
 class Parameters:
-    """Asks for each wanted parameter until it is known, however long that takes, and keeps what the autopilot announces later."""
+    """Asks for each wanted parameter until it is known, however long that takes, and follows what the autopilot says later."""
 
     def __init__(self) -> None:
         self.reset()
@@ -56,10 +58,11 @@ class Parameters:
         if now_ns < self._next_ns:
             return []
         self._rounds += 1
-        self._next_ns = now_ns + nanoseconds(ASK_AGAIN_S if self._rounds < QUICK_ROUNDS else ASK_SLOWLY_S)
-        missing = [name for name in WANTED if name not in self.values]
+        quick = self._rounds < QUICK_ROUNDS
+        self._next_ns = now_ns + nanoseconds(ASK_AGAIN_S if quick else ASK_SLOWLY_S)
+        asked = [name for name in WANTED if name not in self.values or (not quick and name in WATCHED)]
         return [
-            mavlink.MAVLink_param_request_read_message(system, component, name.encode("ascii"), -1) for name in missing
+            mavlink.MAVLink_param_request_read_message(system, component, name.encode("ascii"), -1) for name in asked
         ]
 
     def complaints(self) -> tuple[str, ...]:

@@ -1,5 +1,6 @@
 """An autopilot that says exactly what a test makes it say, and keeps what the commander sends to it."""
 
+import struct
 from typing import Any
 
 from pymavlink.dialects.v20 import development as mavlink
@@ -40,6 +41,10 @@ class ScriptedAutopilot:
         """How a MAV_CMD is answered, where it is not ACCEPTED; it is not carried out then."""
         self.sees_pad = False
         self.altitude_mm = ALTITUDE_MM
+        self.parameters: dict[str, int] = {}
+        """What it tells when asked; of others it says nothing."""
+        self.heartbeat_type: int | None = None
+        """What the commander last said that it is."""
         self.sent: list[Any] = []
         """The commands and setpoints that reached the autopilot."""
         self.states: list[VehicleState] = []
@@ -97,6 +102,11 @@ class ScriptedAutopilot:
                 mavlink.MAVLink_gps_raw_int_message(0, 3, 0, 0, 500_000, 0, 0, 0, 0, 9, 547_000),
             )
         self.say(mavlink.MAVLink_attitude_quaternion_message(self.boot_ms, 1, 0, 0, 0, 0, 0, 0), self.position())
+
+    def tell_parameter(self, name: str) -> None:
+        """Send a PARAM_VALUE as PX4 does: the integer's bytes in the place of the float."""
+        bytewise = struct.unpack("<f", struct.pack("<i", self.parameters[name]))[0]
+        self.say(mavlink.MAVLink_param_value_message(name.encode(), bytewise, mavlink.MAV_PARAM_TYPE_INT32, 1, 0))
 
     def ask(self, verb: Verb, **more: Any) -> None:
         reply = self.try_asking(verb, **more)
@@ -179,6 +189,10 @@ class ScriptedAutopilot:
         kind = message.get_type()
         if kind == "TIMESYNC" and message.tc1 == 0 and self.answers:
             self.say(mavlink.MAVLink_timesync_message(self.now_ns - self._booted_ns, message.ts1))
+        if kind == "HEARTBEAT":
+            self.heartbeat_type = message.type
+        if kind == "PARAM_REQUEST_READ" and message.param_id in self.parameters:
+            self.tell_parameter(message.param_id)
         if kind.startswith("SET_POSITION_TARGET"):
             self.sent.append(message)
         if kind not in ("COMMAND_LONG", "COMMAND_INT") or message.command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL:
