@@ -25,6 +25,14 @@ class WallClock:
         return time.time_ns()
 
 
+class MonotonicClock:
+    """The host's clock that nobody sets: for how long something has lasted, never for when."""
+
+    def now_ns(self) -> int:
+        """The time since some moment, ns."""
+        return time.monotonic_ns()
+
+
 class VirtualClock:
     """A clock that only moves when told."""
 

@@ -1,6 +1,6 @@
 """Byte ports to the outside: UDP sockets and serial lines, named by a URL.
 
-`udpin://HOST:PORT`            bind there and answer whoever wrote last (PX4 sends to its companion's port);
+`udpin://HOST:PORT`            bind there, hear and answer the first who writes until he is silent (PX4 sends to its companion's port);
 `udpout://HOST:PORT`           send there, receive the answers;
 `udp://HOST:PORT?to=HOST:PORT` bind there, send there;
 `serial:///dev/ttyUSB0?baud=57600`  a telemetry radio or UART (needs the extra `alight[serial]`).
@@ -14,6 +14,8 @@ from collections.abc import Callable
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
+from alight.runtime.clock import Clock, MonotonicClock
+from alight.runtime.correspondent import Address, Correspondent
 from alight.runtime.port import Port, PortError
 
 MAX_DATAGRAM_BYTES = 65535
@@ -48,9 +50,18 @@ def open_endpoint(url: str) -> Port:
 class UdpPort:
     """A UDP socket with a thread that receives."""
 
-    def __init__(self, bind: tuple[str, int] | None, to: tuple[str, int] | None) -> None:
+    def __init__(self, bind: tuple[str, int] | None, to: tuple[str, int] | None, clock: Clock | None = None) -> None:
+        """Open nothing yet.
+
+        Args:
+            bind: Host and port to listen at; any free port if None.
+            to: Host and port to send to; None hears and answers the first who writes, as `Correspondent` says.
+            clock: For how long that one has been silent; one that nobody sets. The host's by default.
+        """
         self._bind = bind
         self._to = to
+        self._correspondent = Correspondent() if to is None else None
+        self._clock: Clock = clock or MonotonicClock()
         self._socket: socket.socket | None = None
 
     def open(self, deliver: Callable[[bytes], None]) -> None:
@@ -84,7 +95,6 @@ class UdpPort:
             self._socket = None
 
     def _receive(self, connection: socket.socket, deliver: Callable[[bytes], None]) -> None:
-        answers_last_sender = self._to is None
         while self._socket is connection:
             try:
                 data, sender = connection.recvfrom(MAX_DATAGRAM_BYTES)
@@ -92,10 +102,13 @@ class UdpPort:
                 continue  # nobody listens at the other end yet
             except OSError:
                 return
-            if answers_last_sender:
+            if not data:
+                continue  # it says nothing, and is what comes of a socket that is closed, from nobody
+            if self._correspondent is not None:
+                if not self._correspondent.admits(Address(*sender), self._clock.now_ns()):
+                    continue
                 self._to = sender
-            if data:
-                deliver(data)
+            deliver(data)
 
 
 class SerialPort:
