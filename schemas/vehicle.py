@@ -77,10 +77,15 @@ class VehicleStatus(Stamped):
     """The newest STATUSTEXT."""
 
 
+UNKNOWN_ROTATION: Quaternion = (0.0, 0.0, 0.0, 0.0)
+"""No rotation at all: what stands for one that nobody knows."""
+
+
 class GimbalState(Stamped):
     """How the camera's gimbal is turned. A fixed mount is the constant that the settings give."""
 
     q_body_gimbal: Quaternion
-    """Takes gimbal coordinates (x along the optical axis, y right, z down) to body coordinates; w, x, y, z."""
+    """Takes gimbal coordinates (x along the optical axis, y right, z down) to body coordinates; w, x, y, z. All zero if there is a gimbal
+    and how it is turned is not known: nobody may take it for a fixed mount then."""
     measured: bool
     """True if a gimbal device reported it, False if it is the fixed mount from the settings."""

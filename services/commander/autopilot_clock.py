@@ -125,6 +125,15 @@ class AutopilotClock:
             return boot_ns + min(offset_ns for _, offset_ns in self._arrivals)
         return None
 
+    def boot_ns(self, utc_ns: int) -> int | None:
+        """The boot time at a time, UTC ns: the inverse of `utc_ns`; None before anything is known."""
+        if self._line is not None:
+            reference_ns, offset_ns, drift = self._line
+            return reference_ns + round((utc_ns - offset_ns - reference_ns) / (1.0 + drift))
+        if self._arrivals:
+            return utc_ns - min(offset_ns for _, offset_ns in self._arrivals)
+        return None
+
     def health(self, now_ns: int) -> ClockHealth:
         """How well the autopilot's clock is known at `now_ns`, UTC ns."""
         shortest_ns = self._shortest_round_trip_ns

@@ -12,7 +12,7 @@ from services.commander.autopilot_status import AutopilotStatus
 from services.commander.command_queue import Command, CommandQueue, Outcome, Result, command_message
 from services.commander.dialect import mavlink
 from services.commander.framing import MavlinkFramer
-from services.commander.gimbal import Gimbal
+from services.commander.gimbal_reports import GimbalReports
 from services.commander.hearing import Hearing
 from services.commander.parameters import Parameters, complaints_about
 from services.commander.status_text import status_text
@@ -42,7 +42,7 @@ class AutopilotLink:
         self._assembly = VehicleAssembly(self.clock)
         self._status = AutopilotStatus()
         self._told: tuple[tuple[object, ...], VehicleStatus] | None = None
-        self._gimbal = Gimbal(settings.fixed_gimbal_rpy_deg)
+        self._gimbals = GimbalReports(settings.fixed_gimbal_rpy_deg, self.clock, self._assembly)
         self._system: int | None = settings.link.autopilot_system_id or None
         self._heard = False
         self._hearing = Hearing(DEAF_PART * settings.state_stale_after_s)
@@ -89,7 +89,7 @@ class AutopilotLink:
             if kind == "HEARTBEAT" and component == AUTOPILOT_COMPONENT:
                 self._take_heartbeat(message, system, now_ns)
             elif kind == "GIMBAL_DEVICE_ATTITUDE_STATUS" and system == self._system:
-                self._take_gimbal(message)
+                self._gimbals.take(message, now_ns)
             elif self._heard and system == self._system and component == AUTOPILOT_COMPONENT:
                 self._note_sign_of_life(now_ns)
                 self._streams.heard(message.get_msgId(), now_ns)
@@ -201,9 +201,9 @@ class AutopilotLink:
         """Changes whenever `status` would, but for its time."""
         return (self.connected(now_ns), *self._status.facts())
 
-    def gimbal(self, now_ns: int) -> GimbalState | None:
+    def gimbal(self, now_ns: int) -> GimbalState:
         """How the camera is turned."""
-        return self._gimbal.state(now_ns)
+        return self._gimbals.state(now_ns)
 
     @property
     def parameters(self) -> Mapping[str, float]:
@@ -217,13 +217,14 @@ class AutopilotLink:
         if not self.connected(now_ns):
             return (f"the autopilot has been silent for {self.silence_s(now_ns):.1f} s",)
         settings = (*self._parameters.complaints(), *complaints_about(self._parameters.values, self._passes_for_gcs))
-        return (*settings, *self.clock.complaints(now_ns))
+        return (*settings, *self.clock.complaints(now_ns), *self._gimbals.complaints(now_ns))
 
     def counters(self) -> Mapping[str, int]:
         """Everything counted since start."""
         return {
             **self._framer.counts,
             **self._counts,
+            **self._gimbals.counters(),
             "states_dropped": self._assembly.dropped,
             "stream_requests": self._streams.requests,
             "autopilot_reboots": self.reboots,
@@ -266,6 +267,7 @@ class AutopilotLink:
     def _take_attitude(self, message: Any, now_ns: int) -> None:
         self._note_boot_time(message.time_boot_ms, now_ns)
         self._keep(self._assembly.take_attitude(message, now_ns), now_ns)
+        self._gimbals.join()
 
     def _keep(self, state: VehicleState | None, now_ns: int) -> None:
         if state is not None:
@@ -295,12 +297,6 @@ class AutopilotLink:
             return
         self._status.take_home(home)
 
-    def _take_gimbal(self, message: Any) -> None:
-        attitude = self._assembly.attitude_at(message.time_boot_ms)
-        at_ns = self.clock.utc_ns(message.time_boot_ms * NS_PER_MS)
-        if attitude is not None and at_ns is not None and at_ns >= 0:
-            self._gimbal.take(message, attitude[0], at_ns)
-
     def _note_boot_time(self, boot_ms: int, now_ns: int) -> None:
         if boot_ms < self._newest_boot_ms - REBOOT_MS:
             self.reboots += 1
@@ -313,6 +309,7 @@ class AutopilotLink:
         self.clock.reset()
         self._status.reset()
         self._assembly.reset()
+        self._gimbals.reset()
         self._streams.reset()
         self._parameters.reset()
         self._commands.clear()

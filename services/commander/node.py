@@ -56,7 +56,7 @@ class CommanderNode(Node):
         if now_ns - self._gimbal_ns >= GIMBAL_PERIOD_NS:
             self._gimbal_ns = now_ns
             gimbal = self._link.gimbal(now_ns)
-            if gimbal is not None and self._is_newer(topics.GIMBAL_STATE.name, gimbal.at_ns):
+            if self._is_newer(topics.GIMBAL_STATE.name, gimbal.at_ns):
                 yield Publication(topics.GIMBAL_STATE, gimbal)
 
     def on_stop(self, now_ns: int) -> Outputs:

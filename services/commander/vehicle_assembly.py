@@ -77,6 +77,11 @@ class VehicleAssembly:
         if known and (self._separation_m is None or not armed):
             self._separation_m = separation_m
 
+    @property
+    def newest_attitude_ms(self) -> int | None:
+        """Boot time of the newest attitude, ms; None before the first."""
+        return self._attitudes[-1].boot_ms if self._attitudes else None
+
     def attitude_at(self, boot_ms: int) -> tuple[Quaternion, Vector3] | None:
         """Attitude (NED from body) and body rates at a boot time, interpolated; None if there is nothing around it."""
         after = next((item for item in self._attitudes if item.boot_ms >= boot_ms), None)

@@ -19,7 +19,7 @@ class CameraMount:
     """The mount's orientation over time.
 
     Only measured gimbal states count: a state that merely repeats a fixed mount's constant leaves the settings in force.
-    Once a gimbal has reported, its silence is a fault and not a fixed mount.
+    Once a gimbal has reported, its silence is a fault and not a fixed mount, and so is one that nobody knows how it is turned.
     """
 
     def __init__(self, mount: Mount, lookup: PoseLookup) -> None:
@@ -34,6 +34,7 @@ class CameraMount:
         self._history_ns = nanoseconds(lookup.history_s)
         self._max_age_s = lookup.gimbal_max_age_s
         self._states: deque[tuple[int, Quaternion]] = deque(maxlen=_MAX_SAMPLES)
+        self._has_gimbal = False
 
     def add(self, state: GimbalState) -> bool:
         """Take a gimbal state.
@@ -43,6 +44,7 @@ class CameraMount:
         """
         if not state.measured:
             return True
+        self._has_gimbal = True
         try:
             q = quaternion_normalised(state.q_body_gimbal)
         except ValueError:
@@ -61,16 +63,18 @@ class CameraMount:
 
     def q_body_camera(self, at_ns: int) -> Quaternion:
         """Takes camera to body coordinates at a moment, UTC ns; raises what `q_body_gimbal` raises."""
-        return q_body_camera(self.q_body_gimbal(at_ns)) if self._states else self._fixed_camera
+        return q_body_camera(self.q_body_gimbal(at_ns)) if self._has_gimbal else self._fixed_camera
 
     def q_body_gimbal(self, at_ns: int) -> Quaternion:
         """The orientation at a moment, UTC ns; unit quaternion.
 
         Raises:
-            FixRefusedError: If a gimbal has reported, but not near enough to that moment.
+            FixRefusedError: If a gimbal has reported, but not near enough to that moment, or nothing that can be used.
         """
-        if not self._states:
+        if not self._has_gimbal:
             return self._fixed
+        if not self._states:
+            raise FixRefusedError(FixVerdict.POSE_TOO_OLD, "there is a gimbal, and how it is turned is not known yet")
         later_ns, later_q = self._states[-1]
         if at_ns >= later_ns:
             self._refuse_older_than(seconds(at_ns - later_ns), FixVerdict.POSE_TOO_OLD)

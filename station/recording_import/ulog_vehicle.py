@@ -100,10 +100,10 @@ def _gimbal(tables: Mapping[str, Table], shift_ns: int, settings: Settings) -> I
             q = tuple(float(reports.columns[f"q[{i}]"][row]) for i in range(4))
             flags = reports.column("device_flags")
             said = SimpleNamespace(q=q, flags=0 if flags is None else int(flags[row]))
+            gimbal.hear(boot_ns + shift_ns)
             gimbal.take(said, attitude_at(tables["vehicle_attitude"], boot_ns), boot_ns + shift_ns)
         state = gimbal.state(boot_ns + shift_ns)
-        if state is not None:
-            yield Heard(boot_ns + shift_ns + LINK_NS, topics.GIMBAL_STATE, state)
+        yield Heard(boot_ns + shift_ns + LINK_NS, topics.GIMBAL_STATE, state)
 
 
 def _newest(tables: Mapping[str, Table], boot_ns: int, name: str, column: str) -> float | None:

@@ -18,6 +18,7 @@ from alight.runtime.clock import nanoseconds, seconds
 from schemas import topics
 from schemas.message import GlobalPosition, Quaternion, Vector3
 from schemas.settings import Settings
+from schemas.vehicle import UNKNOWN_ROTATION
 from services.camera.simulated_camera import true_camera
 from services.camera.viewpoint import R_ned_marker, Viewpoint, mount_rotation
 from station.flight_record import FlightRecord
@@ -44,7 +45,11 @@ class Overlay:
         self._calibrations = record.messages(topics.CALIBRATION)
         self._states = sorted(record.messages(topics.VEHICLE_STATE), key=lambda state: state.at_ns)
         self._state_times_ns = [state.at_ns for state in self._states]
-        self._gimbals = [state for state in record.messages(topics.GIMBAL_STATE) if state.measured]
+        self._gimbals = [
+            state
+            for state in record.messages(topics.GIMBAL_STATE)
+            if state.measured and state.q_body_gimbal != UNKNOWN_ROTATION
+        ]
         self._truths = record.messages(topics.GROUND_TRUTH)
         self._truth_times_ns = [truth.at_ns for truth in self._truths]
         self._estimates = sorted(record.messages(topics.PAD_ESTIMATE), key=lambda one: one.captured_at_ns)

@@ -11,7 +11,7 @@ from schemas.estimate import PadEstimate
 from schemas.message import GlobalPosition
 from schemas.mission import MissionReply, MissionRequest, MissionStatus, Phase, Verb
 from schemas.settings import Settings
-from schemas.vehicle import VehicleState, VehicleStatus
+from schemas.vehicle import GimbalState, VehicleState, VehicleStatus
 from services.commander.framing import MavlinkFramer
 from services.commander.node import CommanderNode
 
@@ -48,6 +48,7 @@ class ScriptedAutopilot:
         self.sent: list[Any] = []
         """The commands and setpoints that reached the autopilot."""
         self.states: list[VehicleState] = []
+        self.gimbals: list[GimbalState] = []
         self.replies: list[MissionReply] = []
         self.mission: MissionStatus | None = None
         self.vehicle: VehicleStatus | None = None
@@ -69,8 +70,12 @@ class ScriptedAutopilot:
 
     def say(self, *messages: Any) -> None:
         """Send messages in one datagram."""
+        self.forward(self._encoder, *messages)
+
+    def forward(self, sender: Any, *messages: Any) -> None:
+        """Send on what another component says, in one datagram."""
         if self.linked:
-            data = b"".join(message.pack(self._encoder) for message in messages)
+            data = b"".join(message.pack(sender) for message in messages)
             self._take(self.node.on_bytes("vehicle", data, self.now_ns))
 
     def wait(self, for_s: float) -> None:
@@ -182,6 +187,8 @@ class ScriptedAutopilot:
             self.vehicle = message
         elif isinstance(message, VehicleState):
             self.states.append(message)
+        elif isinstance(message, GimbalState):
+            self.gimbals.append(message)
         elif isinstance(message, MissionReply):
             self.replies.append(message)
 

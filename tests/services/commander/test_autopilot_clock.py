@@ -58,6 +58,20 @@ def test_before_any_reply_the_quickest_message_bounds_it() -> None:
     assert clock.uncertainty_s == ONE_WAY_UNCERTAINTY_S
 
 
+@pytest.mark.parametrize("drift", [0.0, 50e-6, -0.05])
+def test_the_boot_time_of_a_moment_is_the_inverse(drift: float) -> None:
+    clock = AutopilotClock()
+    assert clock.boot_ns(EPOCH) is None
+    clock.take_arrival(boot_at(EPOCH), EPOCH + 5_000_000)
+    assert clock.boot_ns(EPOCH + 5_000_000) == boot_at(EPOCH)
+    end = exchange(clock, np.random.default_rng(5), 10.0, drift)
+    for before_ns in (0, NS_PER_S // 7, 2 * NS_PER_S):
+        boot_ns = boot_at(end - before_ns, drift)
+        mapped_ns = clock.utc_ns(boot_ns)
+        assert mapped_ns is not None
+        assert clock.boot_ns(mapped_ns) == pytest.approx(boot_ns, abs=2)
+
+
 def test_single_wild_replies_change_nothing() -> None:
     clock = AutopilotClock()
     end = exchange(clock, np.random.default_rng(2), 5.0)

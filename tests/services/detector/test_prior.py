@@ -6,7 +6,7 @@ from alight.geometry.rotation import R_from_quaternion, quaternion_from_euler
 from schemas.estimate import PadEstimate
 from schemas.message import GlobalPosition
 from schemas.settings.geolocator import Mount
-from schemas.vehicle import GimbalState, LandedState, VehicleState, VehicleStatus
+from schemas.vehicle import UNKNOWN_ROTATION, GimbalState, LandedState, VehicleState, VehicleStatus
 from services.detector.prior import PriorKeeper
 
 PAD = GlobalPosition(latitude_deg=47.4, longitude_deg=8.5, altitude_amsl_m=500.0, ellipsoidal_height_m=500.0)
@@ -110,6 +110,8 @@ def test_a_gimbal_that_fell_silent_is_no_fixed_mount(keeper, studio) -> None:
     assert keeper.at(NOW_NS, studio.camera) is None
     keeper.add_gimbal(GimbalState(at_ns=NOW_NS, q_body_gimbal=q, measured=True))
     assert keeper.at(NOW_NS, studio.camera) is not None
+    keeper.add_gimbal(GimbalState(at_ns=NOW_NS, q_body_gimbal=UNKNOWN_ROTATION, measured=True))
+    assert keeper.at(NOW_NS, studio.camera) is None
 
 
 def test_between_poses_the_attitude_is_that_of_the_moment(studio) -> None:

@@ -25,7 +25,7 @@ from schemas import topics
 from schemas.fix import FixVerdict, PadFix
 from schemas.message import Hop
 from schemas.settings.geolocator import PAPER_MEAN_CORRECTION, FixUncertainty, Mount, PoseLookup
-from schemas.vehicle import GimbalState
+from schemas.vehicle import UNKNOWN_ROTATION, GimbalState
 
 angles = st.floats(-math.pi, math.pi)
 tilts = st.floats(-0.3, 0.3)
@@ -195,6 +195,16 @@ def test_silent_gimbal_is_not_a_fixed_mount():
     node = ready()
     tell(node, topics.GIMBAL_STATE, GimbalState(at_ns=T0_NS - 600 * MS, q_body_gimbal=(1, 0, 0, 0), measured=True))
     assert verdict_of(node, Scene().marker()) is FixVerdict.POSE_TOO_OLD
+
+
+def test_a_gimbal_of_which_nobody_knows_how_it_is_turned_is_not_a_fixed_mount():
+    node = ready()
+    unknown = GimbalState(at_ns=T0_NS - 10 * MS, q_body_gimbal=UNKNOWN_ROTATION, measured=True)
+    tell(node, topics.GIMBAL_STATE, unknown)
+    tell(node, topics.GIMBAL_STATE, unknown.model_copy(update={"at_ns": T0_NS, "measured": False}))
+    fix = show(node, Scene().marker())
+    assert fix.verdict is FixVerdict.POSE_TOO_OLD
+    assert "gimbal" in fix.detail
 
 
 def test_pad_behind_the_camera():
