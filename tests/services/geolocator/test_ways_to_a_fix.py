@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from geolocation_scene import HOME, Scene, diagonal, fly, geolocator, show
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from alight.geometry.rotation import quaternion_from_euler
@@ -37,6 +37,7 @@ def covariance(fix):
 @given(st.floats(-3, 3), st.floats(-3, 3), st.floats(-30, -2), st.floats(-0.3, 0.3), st.floats(-math.pi, math.pi))
 def test_without_errors_all_ways_lead_to_the_pad(method, north, east, down, tilt, yaw):
     scene = Scene(vehicle_ned_m=(north, east, down), q_ned_body=quaternion_from_euler(tilt, -tilt, yaw))
+    assume(scene.corners_camera_m()[:, 2].min() > 0.1)  # else the print is partly behind the camera
     fix = located(scene, method=method, height=KNOWN)
     assert fix.verdict is FixVerdict.ACCEPTED, fix.detail
     assert fix.method == method
