@@ -13,6 +13,7 @@ from alight.runtime.settings_file import SettingsError
 from schemas.message import Vector3
 from schemas.settings import Settings
 from station.director import FlightDirector, FlightPlan
+from station.embedded_vehicle import check_kind_is_embedded, check_link_to_embedded
 from station.flight_record import read_flight
 from station.flight_settings import add_flight_settings_arguments, flight_settings
 from station.live_flight import LiveOutcome, fly_live
@@ -55,7 +56,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--lockstep", action="store_true", help="in one process on a virtual clock: quick and repeatable"
     )
     flight.add_argument(
-        "--vehicle", metavar="URL", help="a MAVLink vehicle that is already there (PX4 SITL or a real one)"
+        "--vehicle",
+        metavar="URL",
+        help="a MAVLink vehicle that is already there (PX4 SITL or a real one); "
+        "without it only the embedded simulator is flown",
     )
     flight.add_argument(
         "--truth",
@@ -64,7 +68,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "the camera is then simulated",
     )
     flight.add_argument(
-        "--takeoff", action="store_true", help="with --vehicle: arm and take off first (never done unasked)"
+        "--takeoff",
+        action="store_true",
+        help="with --vehicle, or --without simulator or commander: arm and take off first (never done unasked)",
     )
     flight.add_argument(
         "--start",
@@ -97,6 +103,7 @@ def run(arguments: argparse.Namespace) -> int:
         _check(arguments)
         out = arguments.out or Path("flights") / datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
         settings = flight_settings(arguments, os.environ, _assignments(arguments, out))
+        _check_vehicle(settings, arguments)
         _check_camera(settings, arguments)
         if any(out.glob("*.mcap")):
             raise SettingsError(
@@ -120,9 +127,24 @@ def _check(arguments: argparse.Namespace) -> None:
         )
 
 
+def _check_vehicle(settings: Settings, arguments: argparse.Namespace) -> None:
+    """Without --vehicle nothing but the embedded simulator is flown; in lockstep the two are joined by a pipe, not by a link."""
+    if arguments.vehicle:
+        return
+    check_kind_is_embedded(settings)
+    if not arguments.lockstep and "commander" not in arguments.without:
+        check_link_to_embedded(settings)
+
+
+def _is_all_ours(arguments: argparse.Namespace) -> bool:
+    """Whether what flies is started here; a simulator or commander elsewhere may mean a vehicle that we know nothing of."""
+    return not arguments.vehicle and not {"simulator", "commander"} & set(arguments.without)
+
+
 def _check_camera(settings: Settings, arguments: argparse.Namespace) -> None:
     rendered = settings.camera.source == "simulated" and "camera" not in arguments.without
-    if arguments.vehicle and not arguments.truth and rendered:
+    told_truth = arguments.truth or "simulator" in arguments.without
+    if arguments.vehicle and not told_truth and rendered:
         raise SettingsError(
             "camera.source is `simulated`, but --vehicle is flown: run a camera of your own and say --without camera, or, "
             f"for a PX4 simulation, give its ground truth with --truth {DEFAULT_TRUTH_URL}"
@@ -194,7 +216,7 @@ def _services(settings: Settings, arguments: argparse.Namespace) -> tuple[str, .
 
 
 def _plan(settings: Settings, arguments: argparse.Namespace) -> FlightPlan:
-    goes_up = arguments.takeoff or not arguments.vehicle
+    goes_up = arguments.takeoff or _is_all_ours(arguments)
     pad = settings.simulator.pad
     north_m, east_m, down_m = arguments.start
     start_ned_m = (pad.north_m + north_m, pad.east_m + east_m, down_m - pad.height_above_home_m)

@@ -52,8 +52,18 @@ def test_a_busy_port_of_the_vehicle(tmp_path: Path) -> None:
         port = holder.getsockname()[1]
         bus = f'bus.connect=["tcp/127.0.0.1:{free_port()}"]'
         vehicle = f"commander.vehicle_url=udpin://127.0.0.1:{port}"
-        finished = alight("fly", "--set", vehicle, "--set", bus, "--out", str(tmp_path))
+        simulator = f"simulator.url=udp://127.0.0.1:{free_port(socket.SOCK_DGRAM)}?to=127.0.0.1:{port}"
+        finished = alight("fly", "--set", vehicle, "--set", simulator, "--set", bus, "--out", str(tmp_path))
     assert_one_clear_line(finished, str(port), "another port")
+
+
+def test_a_vehicle_that_only_the_settings_name(tmp_path: Path) -> None:
+    url = f"udpin://127.0.0.1:{free_port(socket.SOCK_DGRAM)}"
+    drone = tmp_path / "drone.toml"
+    drone.write_text(f'[commander]\nvehicle_url = "{url}"\n')
+    finished = alight("fly", "--settings", str(drone), "--out", str(tmp_path / "flight"))
+    assert_one_clear_line(finished, url, "simulator.url", f"--vehicle {url}")
+    assert not (tmp_path / "flight").exists()
 
 
 def test_no_vehicle_answering(tmp_path: Path) -> None:
