@@ -31,6 +31,8 @@ class Cursor:
         self.given: list[list[JournalEntry]] = [[]]
         """What was given, by life."""
         self.newest: dict[str, tuple[int, Origin]] = {}
+        self.lacked = False
+        """Whether the node of this life was given something in flight that the recording has not: it may remember it."""
         self.failures: Counter[str] = Counter()
         self.life: Life | None = lives[0] if lives else None
         self.node = build(service, settings)
@@ -77,6 +79,7 @@ class Cursor:
     def note(self, entry: JournalEntry, origin: Origin) -> None:
         """Remember what the node is given, or what it would be given if the recording had it."""
         self.given[-1].append(entry)
+        self.lacked = self.lacked or origin is Origin.STAND_IN
         if origin is not Origin.STAND_IN and entry.kind is EntryKind.MESSAGE:
             self.newest[entry.source] = (entry.stamp_ns, origin)
 
@@ -94,7 +97,7 @@ class Cursor:
             self._life_number, self._position = self._life_number + 1, 0
             self.life = self._lives[self._life_number]
             self.node = build(self.service, self._settings)
-            self.newest = {}
+            self.newest, self.lacked = {}, False
             self.given.append([])
 
 

@@ -8,7 +8,7 @@ readers after the recorded median latency; one that was published only in flight
 import gc
 import time
 from base64 import b64decode
-from collections import Counter, defaultdict
+from collections import Counter, defaultdict, deque
 from collections.abc import Mapping, Sequence
 from itertools import zip_longest
 
@@ -129,6 +129,7 @@ class Engine:
         pixels = self._recording.picture(entry.stamp_ns) if topic.has_pixels else None
         if topic.has_pixels and pixels is None:
             self._stand_in(cursor, entry)
+            self._give_unseen(cursor, Arrival(topic, message, entry.received_at_ns, entry.now_ns))
             return
         if origin is Origin.ADDITIONAL and not cursor.admits(entry):
             return
@@ -159,6 +160,16 @@ class Engine:
                 self.result.stand_ins.append((name, entry.stamp_ns))
                 self.result.counts[name].add(Origin.STAND_IN)
 
+    def _give_unseen(self, cursor: Cursor, arrival: Arrival[Message]) -> None:
+        """Give a node the frame without its picture, and take nothing of what it says: the recorded outputs stand in.
+
+        So it knows when it last looked, as it did in flight; a detector rests on the ground by that.
+        """
+        try:
+            deque(cursor.node.on_message(arrival), maxlen=0)
+        except Exception as error:
+            cursor.failures[f"{type(error).__name__}: {error}"] += 1
+
     def _collect(self, cursor: Cursor, entry: JournalEntry, outputs: NodeOutputs) -> None:
         try:
             published = [output for output in outputs if isinstance(output, Publication)]
@@ -186,7 +197,7 @@ class Engine:
             logged_at_ns=leaves_ns if stored is None else stored.logged_at_ns,
             differences=found,
             inputs=_inputs(cursor) if found or stored is None else (),
-            exact_input=cursor.life is not None and cursor.life.exact,
+            exact_input=cursor.life is not None and cursor.life.exact and not cursor.lacked,
             heard=self._listening.heard(topic, leaves_ns),
         )
         self.result.outputs.append(output)

@@ -26,7 +26,7 @@ def replay(
         recording: The flight.
         services: Which nodes, any order, of `CHAIN`.
         assignments: `section.key=value`, set over the flight's own settings.
-        tolerances: For the comparison; by default exact, but for pictures that were compressed with loss.
+        tolerances: For the comparison; by default exact, but for pictures that were compressed with loss or of which not all were kept.
 
     Raises:
         ReplayError: If the flight cannot be replayed so.
@@ -57,4 +57,12 @@ def _lives(recording: ReplayRecording, service: str, settings: Settings) -> Sequ
 
 def _tolerances(recording: ReplayRecording, services: Sequence[str]) -> Tolerances:
     recorder: Mapping[str, object] = recording.settings.get("recorder", {})
-    return LOSSY if "detector" in services and recorder.get("frames") == "jpeg" else EXACT
+    lossy = recorder.get("frames") == "jpeg" or _is_thinned(recording)
+    return LOSSY if "detector" in services and lossy else EXACT
+
+
+def _is_thinned(recording: ReplayRecording) -> bool:
+    """Whether fewer pictures were kept than taken: a detector that follows the pad begins from the frame before."""
+    recorder, camera = recording.settings.get("recorder", {}), recording.settings.get("camera", {})
+    kept_hz, taken_hz = float(recorder.get("frame_rate_hz", 0.0)), float(camera.get("rate_hz", 0.0))
+    return 0.0 < kept_hz < taken_hz

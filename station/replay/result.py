@@ -61,7 +61,7 @@ class Output:
     inputs: tuple[Input, ...] = ()
     """What the node had been given by then, told for outputs that differ."""
     exact_input: bool = True
-    """Whether the node's journal was whole."""
+    """Whether the node's journal was whole, and the recording had all that it was given by then."""
     heard: bool = True
     """Whether the recorder would have had it."""
 

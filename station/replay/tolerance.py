@@ -60,7 +60,7 @@ LOSSY = Tolerances(
         angle=(r"_rad$", 0.05),
     ),
 )
-"""For pictures that were compressed with loss after the detector had seen them. What says how sure somebody is, and what puts numbers
+"""For pictures that were compressed with loss after the detector had seen them, or of which not all were kept. What says how sure somebody is, and what puts numbers
 into words, is not compared, nor is the attitude of the two planar poses, of which either may come first, nor whether there are two: from straight above, hundredths of a
 pixel decide whether they are one."""
 

@@ -9,6 +9,7 @@ from schemas.frame import FrameHeader
 from schemas.message import Message
 from schemas.topics import Topic
 from services.recorder.message_file import MessageFile
+from station.director import FlightPlan
 from station.lockstep_flight import fly_lockstep
 from station.mcap_parts import StoredMessage
 from station.replay.aborting_director import AbortingDirector
@@ -25,6 +26,15 @@ def fly_short(directory: Path, *assignments: str) -> Path:
     lossless = ("recorder.frames=png", f"recorder.directory={directory}", "seed=5")
     settings = load_settings(None, {}, [*SMALL, *lossless, *assignments])
     fly_lockstep(settings, PLAN, director=AbortingDirector(settings, PLAN, after_s=3.0))
+    return directory / settings.recorder.file_name
+
+
+def stand_short(directory: Path, *assignments: str) -> Path:
+    """A few seconds on the ground above the pad, with every other picture kept, as a lockstep flight does; the recording."""
+    small = [assignment for assignment in SMALL if not assignment.startswith(("simulator.airborne", "lockstep."))]
+    thinned = ("recorder.frame_rate_hz=0", "lockstep.camera_rate_hz=10", "lockstep.picture_rate_hz=5")
+    settings = load_settings(None, {}, [*small, *thinned, f"recorder.directory={directory}", *assignments])
+    fly_lockstep(settings, FlightPlan(takeoff_to_ned_m=(0.0, 0.0, -5.0), flight_timeout_s=4.0))
     return directory / settings.recorder.file_name
 
 

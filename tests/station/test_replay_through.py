@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
-from replay_stage import CHAIN, altered, fly_short
+from replay_stage import CHAIN, altered, fly_short, stand_short
 
 from schemas import topics
 from schemas.journal import Journal
@@ -112,6 +112,28 @@ def test_a_picture_that_was_not_kept_is_named_and_the_recorded_detection_stands_
     assert "1 messages of camera/frame/image that the nodes were given are not in the recording" in "\n".join(
         result_lines(result)
     )
+
+
+def test_on_the_ground_the_detector_rests_as_it_did_though_only_every_other_picture_was_kept(tmp_path: Path) -> None:
+    standing = ReplayRecording(stand_short(tmp_path))
+    frames, detections = len(standing.of(topics.FRAME)), len(standing.of(topics.DETECTION))
+    assert len(standing.pictures.times_ns) < detections < frames
+    result = replay(standing, CHAIN)
+    assert result.equal, list(explanation(result))
+    count = result.counts[topics.DETECTION.name]
+    assert count.stand_in > 0 and count.same + count.tolerated > 0
+
+
+def test_where_pictures_are_left_out_on_purpose_what_follows_from_them_is_compared_with_tolerances(
+    tmp_path: Path,
+) -> None:
+    thinned = ReplayRecording(fly_short(tmp_path, "recorder.frame_rate_hz=2"))
+    result = replay(thinned, CHAIN)
+    assert result.tolerances == "lossy pictures" and result.equal
+    # A detector that follows the pad begins elsewhere than in flight: that is no change of the detector.
+    exactly = replay(thinned, CHAIN, tolerances=EXACT)
+    assert not exactly.equal
+    assert "itself has changed" not in "\n".join(explanation(exactly))
 
 
 def test_a_missing_journal_is_named_and_what_it_told_of_is_not_compared(
