@@ -32,6 +32,9 @@ STATUS_GAP_S = 0.5
 """The commander speaks of the vehicle five times a second; after a longer silence it may be another process."""
 
 
+NO_DETECTIONS = "no detections are coming: are camera and detector running?"
+
+
 class Stage(StrEnum):
     """Where the director is."""
 
@@ -136,7 +139,9 @@ class FlightDirector(Node):
             else:
                 self._fail("the vehicle stands on the ground: take off by hand first, or add --takeoff")
         elif elapsed_s > self._plan.connect_timeout_s:
-            self._fail(f"{self._refused or missing} after {self._plan.connect_timeout_s:.0f} s")
+            why = self._refused or missing
+            said = self._said_of_seeing() if why == NO_DETECTIONS else ""
+            self._fail(f"{why} after {self._plan.connect_timeout_s:.0f} s{said}")
 
     def _ended_since_asked(self) -> str | None:
         """What the commander gave up for in the moment when it refused: that is no refusal to ask again after."""
@@ -152,12 +157,21 @@ class FlightDirector(Node):
         if vehicle is None or not vehicle.connected:
             return f"no vehicle is answering at {self._settings.commander.vehicle_url}: is it on, and sending there?"
         if self.view.frames_seen == 0:
-            return "no detections are coming: are camera and detector running?"
+            return NO_DETECTIONS
         if vehicle.landed_state is LandedState.UNDEFINED:
             return "the vehicle does not say whether it is on the ground"
         if vehicle.landed_state is LandedState.ON_GROUND and not vehicle.ready_to_arm:
             return f"the vehicle is not ready to arm ({vehicle.last_text or 'no reason given'})"
         return None
+
+    def _said_of_seeing(self) -> str:
+        """What camera and detector complain of; that no estimates come is no cause but follows."""
+        said = []
+        for service in ("camera", "detector"):
+            health = self.view.health.get(service)
+            complaints = ("nothing is heard of it",) if health is None else health.complaints
+            said += [f"{service}: {text}" for text in complaints if not text.startswith(topics.PAD_ESTIMATE.name)]
+        return f" ({'; '.join(said)})" if said else ""
 
     def _on_mission(self, arrival: Arrival[MissionStatus]) -> Iterator[Output]:
         mission = arrival.message

@@ -13,7 +13,7 @@ from schemas.mission import MissionReply, MissionRequest, MissionStatus, Phase, 
 from schemas.settings import Settings
 from schemas.topics import Topic
 from schemas.vehicle import FlightMode, LandedState, VehicleStatus
-from station.director import MAX_LANDING_REQUESTS, FlightDirector, FlightPlan
+from station.director import MAX_LANDING_REQUESTS, NO_DETECTIONS, FlightDirector, FlightPlan
 
 START_NS = 1_000 * NS_PER_S
 
@@ -149,6 +149,44 @@ def test_what_does_not_come_is_named(missing: str, complaint: str) -> None:
     stage.tick(31.0)
     assert stage.asked == []
     assert complaint in str(stage.director.failure)
+
+
+def health_of(service: str, *complaints: str) -> Health:
+    return Health(
+        at_ns=START_NS, service=service, pid=1, uptime_s=1.0, inputs=(), outputs=(), counters={}, complaints=complaints
+    )
+
+
+def test_why_no_detections_come_is_said_in_the_words_of_camera_and_detector() -> None:
+    stage = Stage()
+    stage.vehicle()
+    stage.mission(Phase.IDLE)
+    stage.hear(topics.HEALTH, health_of("camera", "no calibration"))
+    stage.hear(topics.HEALTH, health_of("camera", "/dev/video7 cannot be opened"))
+    stage.hear(
+        topics.HEALTH, health_of("detector", "camera/frame silent since start", "filter/estimate silent for 9 s")
+    )
+    stage.hear(topics.HEALTH, health_of("filter", "geolocator/fix silent since start"))
+    stage.tick(31.0)
+    said = "(camera: /dev/video7 cannot be opened; detector: camera/frame silent since start)"
+    assert str(stage.director.failure) == f"{NO_DETECTIONS} after 30 s {said}"
+
+
+def test_a_camera_that_is_not_there_is_named() -> None:
+    stage = Stage()
+    stage.vehicle()
+    stage.mission(Phase.IDLE)
+    stage.hear(topics.HEALTH, health_of("detector"))
+    stage.tick(31.0)
+    assert str(stage.director.failure).endswith("after 30 s (camera: nothing is heard of it)")
+
+
+def test_what_the_camera_complains_of_is_not_said_of_a_vehicle_that_does_not_answer() -> None:
+    stage = Stage()
+    stage.mission(Phase.IDLE)
+    stage.hear(topics.HEALTH, health_of("camera", "/dev/video7 cannot be opened"))
+    stage.tick(31.0)
+    assert "no vehicle" in str(stage.director.failure) and "video7" not in str(stage.director.failure)
 
 
 def test_a_refusal_too_early_is_asked_again_and_a_lasting_one_ends_the_flight() -> None:
