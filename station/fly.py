@@ -104,6 +104,7 @@ def run(arguments: argparse.Namespace) -> int:
         out = arguments.out or Path("flights") / datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
         settings = flight_settings(arguments, os.environ, _assignments(arguments, out))
         _check_vehicle(settings, arguments)
+        _check_lockstep(settings, arguments)
         _check_camera(settings, arguments)
         if any(out.glob("*.mcap")):
             raise SettingsError(
@@ -139,6 +140,19 @@ def _check_vehicle(settings: Settings, arguments: argparse.Namespace) -> None:
 def _is_all_ours(arguments: argparse.Namespace) -> bool:
     """Whether what flies is started here; a simulator or commander elsewhere may mean a vehicle that we know nothing of."""
     return not arguments.vehicle and not {"simulator", "commander"} & set(arguments.without)
+
+
+def _check_lockstep(settings: Settings, arguments: argparse.Namespace) -> None:
+    """On the virtual clock everything has to be in this process, and nothing of the world."""
+    if arguments.lockstep and arguments.without:
+        raise SettingsError(
+            f"--lockstep and --without {','.join(arguments.without)}: a service elsewhere keeps its own time; leave one out"
+        )
+    if arguments.lockstep and settings.camera.source != "simulated":
+        raise SettingsError(
+            f"--lockstep and camera.source={settings.camera.source}: only the simulated camera follows the virtual clock; "
+            "leave --lockstep out, or set camera.source=simulated"
+        )
 
 
 def _check_camera(settings: Settings, arguments: argparse.Namespace) -> None:

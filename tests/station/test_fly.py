@@ -10,6 +10,7 @@ from station import fly
 from station.__main__ import main
 from station.director import FlightPlan
 from station.live_flight import LiveOutcome
+from station.lockstep_flight import LockstepOutcome
 
 DRONE = "udpin://127.0.0.1:24541"
 Fly = Callable[..., int]
@@ -28,11 +29,16 @@ class Asked:
         self.plan, self.services = plan, services
         return LiveOutcome()
 
+    def lockstep(self, _settings: Settings, plan: FlightPlan, _on_progress: object) -> LockstepOutcome:
+        self.plan = plan
+        return LockstepOutcome(failure=None, flown_s=1.0, took_s=1.0)
+
 
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> Asked:
     stand_in = Asked()
     monkeypatch.setattr(fly, "fly_live", stand_in.live)
+    monkeypatch.setattr(fly, "fly_lockstep", stand_in.lockstep)
     monkeypatch.setattr(fly, "conclude", lambda _outcome, _out: 0)
     return stand_in
 
@@ -149,3 +155,29 @@ def test_a_vehicle_that_is_named_is_flown_and_takes_off_only_if_told_to(
     assert "simulator" not in asked.services
     assert alight_fly(*words, "--takeoff") == 0
     assert asked.plan.takeoff_to_ned_m is not None
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--without", "detector"),
+        ("--without", "camera,recorder"),
+        ("--set", "camera.source=device"),
+        ("--set", "camera.source=stream"),
+        ("--set", "camera.source=files"),
+    ],
+)
+def test_in_lockstep_nothing_can_be_elsewhere(
+    asked: Asked, alight_fly: Fly, words: tuple[str, str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert alight_fly("--lockstep", *words) == 2
+    assert asked.plan is None
+    said = one_line(capsys)
+    assert "--lockstep" in said and words[1] in said
+
+
+def test_in_lockstep_no_link_is_used_so_that_a_drones_settings_may_be_tried(
+    asked: Asked, alight_fly: Fly, tmp_path: Path
+) -> None:
+    assert alight_fly("--lockstep", "--settings", drone_toml(tmp_path)) == 0
+    assert asked.plan is not None and asked.plan.takeoff_to_ned_m is not None
