@@ -39,8 +39,9 @@ examples:
                                                the paper's flight, with its errors and its correction
   alight fly --vehicle udpin://127.0.0.1:14540 --truth udpin://127.0.0.1:14550 --takeoff
                                                a PX4 SITL (SIH) that is running; its ground truth is rendered
-  alight fly --vehicle serial:///dev/ttyUSB0?baud=921600 --settings drone.toml --without camera
-                                               a real vehicle that already hovers in sight of the pad
+  alight fly --vehicle serial:///dev/ttyUSB0?baud=921600 --settings drone.toml
+                                               a real vehicle that already hovers in sight of the pad;
+                                               drone.toml names its camera ([camera] source, calibration_file)
 
 exit status: 0 only if the vehicle landed on the pad; 1 if not; 2 if the settings or a port are at fault.
 """
@@ -160,8 +161,9 @@ def _check_camera(settings: Settings, arguments: argparse.Namespace) -> None:
     told_truth = arguments.truth or "simulator" in arguments.without
     if arguments.vehicle and not told_truth and rendered:
         raise SettingsError(
-            "camera.source is `simulated`, but --vehicle is flown: run a camera of your own and say --without camera, or, "
-            f"for a PX4 simulation, give its ground truth with --truth {DEFAULT_TRUTH_URL}"
+            "camera.source is `simulated`, but --vehicle is flown: set camera.source=device or stream (docs/cameras.md); "
+            f"for a PX4 simulation give its ground truth with --truth {DEFAULT_TRUTH_URL}; "
+            "where the camera runs elsewhere say --without camera"
         )
 
 

@@ -181,3 +181,14 @@ def test_in_lockstep_no_link_is_used_so_that_a_drones_settings_may_be_tried(
 ) -> None:
     assert alight_fly("--lockstep", "--settings", drone_toml(tmp_path)) == 0
     assert asked.plan is not None and asked.plan.takeoff_to_ned_m is not None
+
+
+def test_with_a_vehicle_and_no_camera_the_usual_remedy_comes_first(
+    asked: Asked, alight_fly: Fly, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert alight_fly("--vehicle", DRONE) == 2
+    assert asked.plan is None
+    said = one_line(capsys)
+    usual, others = said.index("set camera.source=device or stream (docs/cameras.md)"), ("--truth", "--without camera")
+    assert all(said.index(other) > usual for other in others)
+    assert alight_fly("--vehicle", DRONE, "--set", "camera.source=device") == 0
