@@ -20,7 +20,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         nargs="+",
         metavar="FLIGHT",
-        help="a recording (flight.mcap) or the folder it lies in; several get a page over all of them, too",
+        help="a recording (flight.mcap) or the folder it lies in; several get a page over all of them, too, and of "
+        "several, what is no recording is left out",
     )
     parser.add_argument(
         "--out",
@@ -42,9 +43,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the reports and print the summary; returns 0 if all could be done, whatever became of the flights."""
-    paths: list[Path] = arguments.flight
     try:
         check_drawing()
+        paths = _recordings(arguments.flight)
         if len(paths) == 1:
             record, summary = _report(paths[0], arguments.out or _beside(paths[0]), arguments.pad_radius_m)
             print("\n".join(summary_lines(summary)))
@@ -60,6 +61,26 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"alight report: {error}", file=sys.stderr)
         return 1
     return 0
+
+
+def _recordings(named: list[Path]) -> list[Path]:
+    """Of several (`flights/*`) those that are recordings, with a note of each other; what does not exist is a mistake, and stays.
+
+    Raises:
+        ReportError: If none is left.
+    """
+    if len(named) == 1:
+        return named
+    left_out = [path for path in named if path.exists() and not _may_be_recording(path)]
+    for path in left_out:
+        print(f"note: {path} is no recording, and is left out", file=sys.stderr)
+    if len(left_out) == len(named):
+        raise ReportError("none of these is a recording; name .mcap files or the folders that they lie in")
+    return [path for path in named if path not in left_out]
+
+
+def _may_be_recording(path: Path) -> bool:
+    return any(path.glob("*.mcap")) if path.is_dir() else path.suffix == ".mcap"
 
 
 def _report(path: Path, target: Path, pad_radius_m: float) -> tuple[FlightRecord, FlightSummary]:

@@ -173,6 +173,39 @@ def test_several_flights_get_a_page_over_all_and_one_each(two, capsys):
     }
 
 
+def report(*words: object) -> int:
+    parser = argparse.ArgumentParser()
+    report_command.add_arguments(parser)
+    return report_command.run(parser.parse_args([str(word) for word in words]))
+
+
+def test_of_several_what_is_no_recording_is_left_out_and_named(two, tmp_path, capsys):
+    empty, page = tmp_path / "20260101-000000", tmp_path / "flights.html"
+    (empty / "logs").mkdir(parents=True)
+    page.write_text("the page of before")
+    assert report(empty, two / "late", page, two / "early", "--out", page) == 0
+    assert "0 of 2 flights landed on the pad" in page.read_text()
+    notes = capsys.readouterr().err.splitlines()
+    assert notes == [f"note: {path} is no recording, and is left out" for path in (empty, page)]
+
+
+def test_where_one_recording_is_left_it_gets_its_own_report(two, tmp_path, capsys):
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    assert report(empty, two / "early", "--out", tmp_path / "page.html") == 0
+    assert capsys.readouterr().out.startswith("the descent never began")
+    assert "The descent never began" in (tmp_path / "page.html").read_text()
+
+
+def test_where_no_recording_is_left_or_one_is_missing_it_fails(two, tmp_path, capsys):
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "notes.txt").write_text("windy")
+    assert report(tmp_path / "empty", tmp_path / "notes.txt") == 1
+    assert "none of these is a recording" in capsys.readouterr().err.splitlines()[-1]
+    assert report(two / "late", tmp_path / "lat") == 1
+    assert f"{tmp_path / 'lat'}: no such recording" in capsys.readouterr().err
+
+
 def test_what_is_no_page_is_refused_in_one_line(two, capsys):
     parser = argparse.ArgumentParser()
     report_command.add_arguments(parser)
