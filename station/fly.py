@@ -14,13 +14,13 @@ from schemas.message import Vector3
 from schemas.settings import Settings
 from station.director import FlightDirector, FlightPlan
 from station.embedded_vehicle import check_kind_is_embedded, check_link_to_embedded
+from station.flight_folder import LOGS, SETTINGS, flight_folder
 from station.flight_record import read_flight
 from station.flight_settings import add_flight_settings_arguments, flight_settings
 from station.live_flight import LiveOutcome, fly_live
 from station.lockstep_flight import fly_lockstep
 from station.metrics.summary import summarise
 from station.metrics.text import summary_lines
-from station.out_folder import make_folder
 from station.progress import progress_line
 from station.report.error import ReportError
 from station.report.write import write_report
@@ -177,8 +177,13 @@ def _assignments(arguments: argparse.Namespace, out: Path) -> list[str]:
 
 
 def _fly(settings: Settings, arguments: argparse.Namespace, out: Path) -> int:
-    make_folder(out / "logs", f"--out {out}")
-    configure_logs("station", out / "logs" / "station.jsonl")
+    with flight_folder(out):
+        outcome = _outcome(settings, arguments, out)
+    return conclude(outcome, out)
+
+
+def _outcome(settings: Settings, arguments: argparse.Namespace, out: Path) -> LiveOutcome:
+    configure_logs("station", out / LOGS / "station.jsonl")
     plan = _plan(settings, arguments)
     print(f"Alight: landing on {_pad_text(settings)}; writing {out}")
     if arguments.lockstep:
@@ -186,12 +191,10 @@ def _fly(settings: Settings, arguments: argparse.Namespace, out: Path) -> int:
         print(
             f"\nflew {flown.flown_s:.1f} s in {flown.took_s:.1f} s ({flown.flown_s / flown.took_s:.1f} times real time)"
         )
-        outcome = LiveOutcome(flown.failure)
-    else:
-        settings_file = out / "settings.json"
-        settings_file.write_text(settings.model_dump_json(indent=2), encoding="utf-8")
-        outcome = fly_live(settings, plan, _services(settings, arguments), settings_file, out / "logs")
-    return conclude(outcome, out)
+        return LiveOutcome(flown.failure)
+    settings_file = out / SETTINGS
+    settings_file.write_text(settings.model_dump_json(indent=2), encoding="utf-8")
+    return fly_live(settings, plan, _services(settings, arguments), settings_file, out / LOGS)
 
 
 def _pad_text(settings: Settings) -> str:
@@ -204,7 +207,7 @@ def _pad_text(settings: Settings) -> str:
 def conclude(outcome: LiveOutcome, out: Path) -> int:
     """Summarise the recording, write the report, say how it went; the exit status."""
     if not any(out.glob("*.mcap")):
-        sys.stderr.write(f"alight fly: {outcome.failure or 'the recorder wrote nothing'}; logs are in {out / 'logs'}\n")
+        sys.stderr.write(f"alight fly: {outcome.failure or 'the recorder wrote nothing'}; logs are in {out / LOGS}\n")
         return 1
     record = read_flight(out)
     summary = summarise(record)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from alight.runtime.bus import BusError
 from schemas.settings import Settings
 from station import fly
 from station.__main__ import main
@@ -22,11 +23,17 @@ class Asked:
     def __init__(self) -> None:
         self.plan: FlightPlan | None = None
         self.services: tuple[str, ...] = ()
+        self.fails = False
+        self.said_by_a_service = ""
 
     def live(
-        self, _settings: Settings, plan: FlightPlan, services: tuple[str, ...], _file: Path, _logs: Path
+        self, _settings: Settings, plan: FlightPlan, services: tuple[str, ...], _file: Path, logs: Path
     ) -> LiveOutcome:
         self.plan, self.services = plan, services
+        if self.said_by_a_service:
+            (logs / "camera.jsonl").write_text(self.said_by_a_service)
+        if self.fails:
+            raise BusError("cannot join the bus")
         return LiveOutcome()
 
     def lockstep(self, _settings: Settings, plan: FlightPlan, _on_progress: object) -> LockstepOutcome:
@@ -192,3 +199,37 @@ def test_with_a_vehicle_and_no_camera_the_usual_remedy_comes_first(
     usual, others = said.index("set camera.source=device or stream (docs/cameras.md)"), ("--truth", "--without camera")
     assert all(said.index(other) > usual for other in others)
     assert alight_fly("--vehicle", DRONE, "--set", "camera.source=device") == 0
+
+
+@pytest.mark.parametrize("out", ["flight", "flights/of/today"])
+def test_a_flight_of_which_nothing_came_leaves_no_folder_behind(
+    asked: Asked, alight_fly: Fly, tmp_path: Path, out: str
+) -> None:
+    asked.fails = True
+    assert alight_fly("--out", out) == 2
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_in_lockstep_neither(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["fly", "--lockstep", "--set", "camera.calibration_file=none.toml"]) == 2
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_somebody_may_want_to_read_stays(asked: Asked, alight_fly: Fly, tmp_path: Path) -> None:
+    asked.fails = True
+    asked.said_by_a_service = '{"event": "no such device"}'
+    assert alight_fly() == 2
+    assert (tmp_path / "flight" / "logs" / "camera.jsonl").read_text() == asked.said_by_a_service
+    assert (tmp_path / "flight" / "settings.json").exists()
+
+
+def test_a_folder_that_was_there_before_stays_with_all_that_it_holds(
+    asked: Asked, alight_fly: Fly, tmp_path: Path
+) -> None:
+    logs = tmp_path / "flight" / "logs"
+    logs.mkdir(parents=True)
+    (logs / "mine.jsonl").touch()
+    asked.fails = True
+    assert alight_fly() == 2
+    assert (logs / "mine.jsonl").exists()
