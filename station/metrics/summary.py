@@ -10,10 +10,11 @@ from alight.markers.family import FamilyError
 from alight.markers.layout import LayoutError, layout_from
 from schemas import topics
 from schemas.message import GlobalPosition
+from schemas.mission import Phase
 from schemas.settings.pad import PadSettings
 from station.flight_record import FlightRecord
 from station.metrics.detection_rate import DetectionRate, PadMarker, PadMarkers, detection_rate
-from station.metrics.incidents import Incident, incidents
+from station.metrics.incidents import Incident, IncidentKind, incidents
 from station.metrics.latency import LatencyBudget, latency_budget
 from station.metrics.pad_error import PadError, pad_errors
 from station.metrics.paper import PaperMetrics, paper_metrics
@@ -24,6 +25,7 @@ from station.metrics.verdict import Verdict, judge
 
 PAD_RADIUS_M = 0.5
 """Half the side of the paper's pad."""
+_NEAR_GROUND = frozenset({Phase.TOUCHDOWN, Phase.LANDED})
 
 
 @dataclass(frozen=True)
@@ -51,17 +53,33 @@ class FlightSummary:
     latency: LatencyBudget | None
     errors: PadErrors
     incidents: tuple[Incident, ...]
-    """Of the whole flight; those of the landing are `landing_incidents`."""
+    """Of the whole flight; those of the landing that were not expected are `landing_incidents`."""
 
     @property
     def landing_incidents(self) -> tuple[Incident, ...]:
-        """Incidents reported while it landed."""
+        """Incidents reported while it landed, but for those that are expected."""
         part = self.landing
         if part is None:
             return ()
         return tuple(
-            i for i in self.incidents if i.last_at_ns >= part.began_at_ns and i.first_at_ns <= part.ended_at_ns
+            i
+            for i in self.incidents
+            if i.last_at_ns >= part.began_at_ns and i.first_at_ns <= part.ended_at_ns and not self.is_expected(i)
         )
+
+    def is_expected(self, incident: Incident) -> bool:
+        """Whether it belongs to a good landing: near the ground the pad leaves the picture, and no estimate comes any more.
+
+        Detections and fixes come on even then, and say that nothing was seen: their silence is never expected.
+        """
+        if incident.kind is not IncidentKind.STALE or incident.detail != topics.PAD_ESTIMATE.name:
+            return False
+        during = [
+            span.phase
+            for span in self.phases
+            if span.began_at_ns <= incident.last_at_ns and span.ended_at_ns > incident.first_at_ns
+        ] or [span.phase for span in self.phases[-1:]]
+        return bool(during) and all(phase in _NEAR_GROUND for phase in during)
 
 
 def summarise(record: FlightRecord, pad_radius_m: float = PAD_RADIUS_M) -> FlightSummary:

@@ -91,7 +91,9 @@ def incidents(summary: FlightSummary, paths: FlightPaths) -> str:
             f"{since_s(i.last_at_ns, paths.origin_ns):+.1f} s",
             i.service,
             i.kind.value,
-            i.detail,
+            f"{i.detail} (expected: near the ground the pad leaves the picture)"
+            if summary.is_expected(i)
+            else i.detail,
         )
         for i in summary.incidents
     ]

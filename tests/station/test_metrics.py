@@ -21,17 +21,17 @@ from synthetic_flight import (
 from alight.geometry.local import moved_by_ned
 from alight.runtime.clock import nanoseconds
 from schemas import topics
-from schemas.health import Health
+from schemas.health import Health, InputHealth
 from schemas.message import Hop
 from schemas.mission import MissionStatus, Phase
 from schemas.truth import GroundTruth
 from schemas.vehicle import VehicleState
-from station.flight_record import FlightRecord
+from station.flight_record import FlightRecord, Logged
 from station.metrics.incidents import IncidentKind, incidents
 from station.metrics.latency import Stage, stage_times_ms
 from station.metrics.paper import paper_metrics, path_length_m
 from station.metrics.phases import LandingPart, landing_part, phase_spans
-from station.metrics.summary import summarise
+from station.metrics.summary import FlightSummary, summarise
 from station.metrics.text import summary_line, summary_lines
 from station.metrics.truth_track import TruthTrack
 from station.metrics.verdict import Outcome
@@ -209,6 +209,47 @@ def report(t_s: float, *complaints: str) -> Health:
         counters={},
         complaints=complaints,
     )
+
+
+def silent(t_s: float, *silent_topics: str) -> Health:
+    """The commander's report, in which these inputs are silent."""
+    inputs = tuple(
+        InputHealth(topic=topic, received=9, rate_hz=0.0, dropped=0, refused={}, stale=True) for topic in silent_topics
+    )
+    return report(t_s).model_copy(update={"service": "commander", "inputs": inputs})
+
+
+def flown(phases: list[tuple[float, Phase]], reports: list[Health]) -> FlightSummary:
+    statuses = [status(t_s, phase, t_s) for t_s, phase in phases]
+    said = [(topics.MISSION_STATUS.name, Logged(one, one.at_ns)) for one in statuses]
+    return summarise(FlightRecord([*said, *((topics.HEALTH.name, Logged(one, one.at_ns)) for one in reports)]))
+
+
+LANDED_IN_THE_END = [(1.0, Phase.ACQUIRE), (2.0, Phase.DESCEND), (10.0, Phase.TOUCHDOWN), (14.0, Phase.LANDED)]
+ESTIMATE, FIX = topics.PAD_ESTIMATE.name, topics.PAD_FIX.name
+
+
+def test_that_no_estimate_comes_near_the_ground_is_expected():
+    summary = flown(LANDED_IN_THE_END, [silent(t_s, ESTIMATE) for t_s in (11.2, 12.2, 13.2, 14.2)])
+    assert [summary.is_expected(incident) for incident in summary.incidents] == [True]
+    assert summary.landing_incidents == ()
+    assert "incidents" not in "\n".join(summary_lines(summary))
+
+
+@pytest.mark.parametrize(
+    ("phases", "reports"),
+    [
+        pytest.param(LANDED_IN_THE_END, [silent(9.2, ESTIMATE), silent(10.2, ESTIMATE)], id="from higher up on"),
+        pytest.param(LANDED_IN_THE_END, [silent(11.2, FIX)], id="fixes come even if nothing is seen"),
+        pytest.param(
+            [*LANDED_IN_THE_END[:3], (12.0, Phase.HOLD), (15.0, Phase.DESCEND)],
+            [silent(11.2, ESTIMATE), silent(12.2, ESTIMATE)],
+            id="it went up again",
+        ),
+    ],
+)
+def test_any_other_silence_is_an_incident(phases, reports):
+    assert [incident.kind for incident in flown(phases, reports).landing_incidents] == [IncidentKind.STALE]
 
 
 def test_a_service_that_began_after_all_had_to_be_there_was_restarted():
