@@ -95,9 +95,10 @@ def _numbers(summary: FlightSummary) -> list[tuple[str, str]]:
     numbers: list[tuple[str, str]] = []
     if summary.touchdown:
         numbers.append((length(summary.touchdown.error_m), "true error at touchdown"))
+        numbers.append((f"{summary.touchdown.after_s:.1f} s", "from the descent's beginning to the touchdown"))
     if summary.paper:
         if summary.paper.time_s is not None:
-            numbers.append((f"{summary.paper.time_s:.1f} s", "time to land"))
+            numbers.append((f"{summary.paper.time_s:.1f} s", "time to land (paper, Eq. 30)"))
         numbers.append((f"{summary.paper.distance_m:.1f} m", f"flown; {summary.paper.straight_line_m:.1f} m straight"))
     if summary.detection and summary.detection.rate is not None:
         numbers.append((f"{summary.detection.rate:.1%}", f"of {summary.detection.examined} frames show the pad"))

@@ -57,6 +57,7 @@ def measures(summary: FlightSummary) -> str:
         rows += [
             ("True error at first contact", length(contact.error_m), "", f"sinking {contact.sink_rate_mps:.2f} m/s"),
             ("True error at rest", length(contact.rest_error_m), "", "at the end of the record"),
+            ("True time to land", f"{contact.after_s:.2f} s", "", "from the descent's beginning to contact"),
             ("True distance flown", f"{contact.distance_flown_m:.2f} m", "", "from the descent's beginning to contact"),
         ]
     return table(("measure", "this flight", "the paper's best mode", "what it is"), rows, frozenset({1, 2}))

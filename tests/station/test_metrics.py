@@ -267,7 +267,7 @@ def test_an_incident_lasts_while_it_is_repeated_and_comes_back_as_another():
 @pytest.mark.parametrize(
     ("flight", "outcome", "line"),
     [
-        (Flight(), Outcome.LANDED_ON_PAD, "landed 3.6 cm from the pad's centre after 14.4 s"),
+        (Flight(), Outcome.LANDED_ON_PAD, "landed 3.6 cm from the pad's centre after 15.0 s"),
         (
             Flight(with_truth=False),
             Outcome.LANDED_ON_PAD,
@@ -315,6 +315,16 @@ def test_landed_without_contact_is_not_believed():
 
 def _afloat(truth: GroundTruth) -> GroundTruth:
     return truth.model_copy(update={"touching_ground": False})
+
+
+def test_the_headline_counts_to_the_true_contact_and_the_papers_time_is_called_so(good):
+    assert good.paper.time_s < good.touchdown.after_s - 0.5
+    headline, *rows = summary_lines(good)
+    assert headline.endswith(f"after {good.touchdown.after_s:.1f} s")
+    (papers,) = (row for row in rows if "time to land" in row)
+    assert f"{good.paper.time_s:.1f} s (paper, Eq. 30" in papers
+    (true,) = (row for row in rows if "true touchdown" in row)
+    assert true.endswith(f"{good.touchdown.after_s:.1f} s after the descent began")
 
 
 def test_the_text_names_every_measure(good):
