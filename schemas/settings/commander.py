@@ -170,6 +170,9 @@ class CommanderSettings(Section):
     """No takeoff and no return out of a failsafe below this remaining charge, 0 to 1; unknown charge is let pass."""
     request_max_age_s: float = Field(default=5.0, gt=0.0, le=60.0)
     """A request older than this is refused, seconds."""
+    gimbal: Literal["heard", "ignored"] = "heard"
+    """Whatever gimbal reports is taken for the camera's. `ignored` is for a fixed landing camera on a vehicle that carries another camera
+    on a gimbal."""
     fixed_gimbal_rpy_deg: Vector3 = (0.0, -90.0, 0.0)
     """How the camera's mount is turned against the body where no gimbal reports: roll, pitch, yaw, degrees; pitch -90 looks down."""
     link: LinkSettings = LinkSettings()

@@ -42,6 +42,7 @@ class AutopilotLink:
         self._assembly = VehicleAssembly(self.clock)
         self._status = AutopilotStatus()
         self._told: tuple[tuple[object, ...], VehicleStatus] | None = None
+        self._hears_gimbals = settings.gimbal == "heard"
         self._gimbals = GimbalReports(settings.fixed_gimbal_rpy_deg, self.clock, self._assembly)
         self._system: int | None = settings.link.autopilot_system_id or None
         self._heard = False
@@ -89,7 +90,8 @@ class AutopilotLink:
             if kind == "HEARTBEAT" and component == AUTOPILOT_COMPONENT:
                 self._take_heartbeat(message, system, now_ns)
             elif kind == "GIMBAL_DEVICE_ATTITUDE_STATUS" and system == self._system:
-                self._gimbals.take(message, now_ns)
+                if self._hears_gimbals:
+                    self._gimbals.take(message, now_ns)
             elif self._heard and system == self._system and component == AUTOPILOT_COMPONENT:
                 self._note_sign_of_life(now_ns)
                 self._streams.heard(message.get_msgId(), now_ns)

@@ -27,10 +27,10 @@ def report(boot_ms: int, q: Quaternion = AHEAD) -> mavlink.MAVLink_gimbal_device
 
 
 def with_gimbal(
-    sender: mavlink.MAVLink, boot_offset_ms: int, q: Quaternion = AHEAD, for_s: float = 2.0
+    sender: mavlink.MAVLink, boot_offset_ms: int, q: Quaternion = AHEAD, for_s: float = 2.0, **commander: object
 ) -> ScriptedAutopilot:
     """A vehicle whose gimbal reports fifty times a second."""
-    autopilot = ScriptedAutopilot()
+    autopilot = ScriptedAutopilot(**commander)
     autopilot.wait(130.0)  # it has run for longer than any of the offsets
     autopilot.gimbals.clear()
     let_report(autopilot, sender, boot_offset_ms, q, for_s)
@@ -169,3 +169,10 @@ def test_reports_that_no_attitude_ever_comes_for_do_not_fill_the_memory() -> Non
     counters = vehicle.gimbals.counters()
     assert counters["gimbal_reports"] - counters["gimbal_reports_refused"] <= 64
     assert vehicle.gimbals.state(START_NS + 5000 * MS).q_body_gimbal == UNKNOWN_ROTATION
+
+
+def test_beside_a_fixed_landing_camera_another_gimbal_is_ignored() -> None:
+    autopilot = with_gimbal(GIMBAL, 0, gimbal="ignored")
+    assert autopilot.gimbals
+    assert not any(state.measured for state in autopilot.gimbals)
+    assert all(state.q_body_gimbal == pytest.approx(DOWN) for state in autopilot.gimbals)
