@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from alight.markers.family import FamilyError, dictionary
 from schemas.settings.detector import AprilTag
 from services.detector.detector import FoundMarker, Tally, View
-from services.detector.edge_corners import refined_corners
 from services.detector.pattern_check import PatternCheck, is_dense
 from services.detector.quadrilateral import is_sound
+from services.detector.sharp_corners import sharp_corners
 
 LIBRARY_NAMES: Mapping[str, str] = {
     "apriltag_16h5": "tag16h5",
@@ -87,7 +87,7 @@ class AprilTagBackend:
 
     def _refined(self, view: View, family: str, number: int, corners: NDArray[np.float64]) -> FoundMarker:
         if self._settings.refine_edges:
-            sharper = refined_corners(view.picture, corners, self._cells[family], view.camera)
+            sharper = sharp_corners(view.picture, corners, self._cells[family], view.camera)
             if sharper is not None and is_sound(sharper.corners_px):
                 return FoundMarker(family, number, sharper.corners_px, sharper.sigma_px)
         return FoundMarker(family, number, corners, _CORNER_SIGMA_PX)

@@ -7,17 +7,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from schemas.settings.detector import Aruco
+from services.detector.cell_corners import cells_tell
 from services.detector.detector import FoundMarker, GreyPicture, Tally, View, WantedMarker
-from services.detector.edge_corners import refined_corners
 from services.detector.pattern_check import PatternCheck, is_dense
 from services.detector.quadrilateral import is_sound
 from services.detector.search_window import SearchWindow, Window
+from services.detector.sharp_corners import sharp_corners
 from services.detector.thinning import thinned
 
 CONTOUR_INSET_PX = 0.5
 """A contour runs through the centres of the outermost dark pixels, so it lies this much inside the edge."""
 CONTOUR_SIGMA_PX = 0.35
 """Standard deviation of a corner coordinate that comes from a contour, measured on rendered pads from 1 m to 20 m."""
+_UNSEEN_SIGMA_CELLS = 0.25
+"""The same in cells, of a marker neither whose edges nor whose cells can be made out."""
 
 SHADE_CAP = 0.45
 """In the second look everything brighter than this part of the brightest is as bright: white paper in the shade then looks like white
@@ -152,10 +155,18 @@ class ArucoBackend:
         return False
 
     def _refined(self, view: View, number: int, corners: NDArray[np.float64], shrink: int) -> FoundMarker:
-        sharper = refined_corners(view.picture, corners, self._cells, view.camera) if self._refine else None
+        sharper = sharp_corners(view.picture, corners, self._cells, view.camera) if self._refine else None
         if sharper is None or not is_sound(sharper.corners_px):
-            return FoundMarker(self._family, number, corners, CONTOUR_SIGMA_PX * shrink)
+            return FoundMarker(self._family, number, corners, self._contour_sigma_px(corners, shrink))
         return FoundMarker(self._family, number, sharper.corners_px, sharper.sigma_px)
+
+    def _contour_sigma_px(self, corners: NDArray[np.float64], shrink: int) -> float:
+        """Larger where edges and cells are large enough to be seen and are not: something may have cut the contour, or drawn it out."""
+        sigma_px = CONTOUR_SIGMA_PX * shrink
+        if not (self._refine and cells_tell(corners, self._cells)):
+            return sigma_px
+        side_px = float(np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).mean())
+        return max(sigma_px, _UNSEEN_SIGMA_CELLS * side_px / self._cells)
 
 
 def _search(opencv: cv2.aruco.ArucoDetector, picture: GreyPicture) -> list[tuple[int, NDArray[np.float64]]]:

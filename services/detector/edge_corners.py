@@ -1,6 +1,7 @@
 """Corners sharper than a contour gives them: lines fitted to the four edges of the marker, and where these cross."""
 
 from dataclasses import dataclass
+from typing import Self
 
 import cv2
 import numpy as np
@@ -26,6 +27,21 @@ _LEAK_SIGMA_PX = 0.7
 
 
 @dataclass(frozen=True)
+class Outline:
+    """Four corners in the picture and before the lens."""
+
+    corners_px: Array
+    """(4, 2), pixels."""
+    straight: Array
+    """(4, 2), undistorted x/z, y/z; without a camera the same pixels."""
+
+    @classmethod
+    def of(cls, corners_px: Array, camera: PinholeCamera | None) -> Self:
+        """Corners as this lens has bent them."""
+        return cls(corners_px, corners_px if camera is None else camera.undistorted(corners_px))
+
+
+@dataclass(frozen=True)
 class RefinedCorners:
     """Four corners and how sure they are."""
 
@@ -33,6 +49,10 @@ class RefinedCorners:
     """(4, 2), pixels."""
     covariance_px2: Array
     """(8, 8), of x, y of the four: large for a corner out of the picture, to which the edges had to be drawn out."""
+    begun: Outline
+    """Where the last pass began, a fraction of a pixel away."""
+    support: float = 0.0
+    """The share of its length that bears an edge out, of the edge of which the least does; 0 where they do not come from edges."""
 
     @property
     def sigma_px(self) -> float:
@@ -46,10 +66,13 @@ class _Lines:
     """(4, 2): how far outward of its start and of its end each edge is."""
     covariances_px2: Array
     """(4, 2, 2), of these."""
+    support: float
+    """The least share of an edge's profiles that its line goes through."""
 
 
 @dataclass(frozen=True)
 class _Fit:
+    begun: Outline
     corners_px: Array
     moved_px: float
     lines: _Lines
@@ -86,7 +109,7 @@ def refined_corners(
         return None
     # Cells of a few pixels leak into the edge through the blur.
     leak_px2 = (_LEAK_SIGMA_PX / cell_px**3) ** 2
-    return RefinedCorners(corners, _covariance(fit) + leak_px2 * np.eye(8))
+    return RefinedCorners(corners, _covariance(fit) + leak_px2 * np.eye(8), fit.begun, fit.lines.support)
 
 
 def _covariance(fit: _Fit) -> Array:
@@ -114,7 +137,8 @@ def _one_pass(
     count = int(min(max(shortest_px - 2.0 * reach_px, _FEWEST_SAMPLES), _MOST_SAMPLES))
     margin = min(reach_px / shortest_px, 0.25)
     along = margin + (1.0 - 2.0 * margin) * (np.arange(count) + 0.5) / count
-    points = _edge_points(corners_px, along, camera)
+    begun = Outline.of(corners_px, camera)
+    points = _edge_points(begun.straight, along, camera)
     offsets, good = _edge_offsets(picture, points, normals, reach_px)
     lines = _lines(along, offsets, good)
     if lines is None:
@@ -127,12 +151,11 @@ def _one_pass(
         return None
     inverses = np.linalg.inv(matrices)
     move = (inverses @ asked[..., None])[..., 0]
-    return _Fit(corners_px + move, float(np.abs(move).max()), lines, inverses)
+    return _Fit(begun, corners_px + move, float(np.abs(move).max()), lines, inverses)
 
 
-def _edge_points(corners_px: Array, along: Array, camera: PinholeCamera | None) -> Array:
-    """Points on the edges between the corners, (4, n, 2), pixels: straight lines before the lens, bent as it bends them."""
-    corners = corners_px if camera is None else camera.undistorted(corners_px)
+def _edge_points(corners: Array, along: Array, camera: PinholeCamera | None) -> Array:
+    """Points on the edges between undistorted corners, (4, n, 2), pixels: straight lines before the lens, bent as it bends them."""
     ends = np.roll(corners, -1, axis=0)
     straight: Array = corners[:, None] + along[None, :, None] * (ends - corners)[:, None]
     return straight if camera is None else camera.pixels(straight.reshape(-1, 2)).reshape(straight.shape)
@@ -182,7 +205,8 @@ def _lines(along: Array, offsets: Array, good: Flags) -> _Lines | None:
         good = kept
     ends = np.stack((-middle, 1.0 - middle), axis=1)
     shares = 1.0 / total[:, None, None] + ends[:, :, None] * ends[:, None, :] / breadth2[:, None, None]
-    return _Lines(level[:, None] + slope[:, None] * ends, spread2 * shares + _of_the_model(along, good))
+    covariances = spread2 * shares + _of_the_model(along, good)
+    return _Lines(level[:, None] + slope[:, None] * ends, covariances, float(total.min()) / len(along))
 
 
 def _of_the_model(along: Array, good: Flags) -> Array:

@@ -12,7 +12,7 @@ from alight.markers.layout import PadLayout
 from services.detector.aided.alignment import Aligner, Alignment, Attempt
 from services.detector.aided.guess import Guess
 from services.detector.aided.level_view import LevelView, Region, level_view
-from services.detector.aided.marker_view import TiltPrior, views_of_square
+from services.detector.aided.marker_view import MarkerView, TiltPrior, views_of_square
 from services.detector.aided.noise import noise_level
 from services.detector.aided.patience import Patience
 from services.detector.aided.pattern import pattern_of
@@ -23,7 +23,9 @@ from services.detector.aided.search import BANK_SIDE_PX, SIZE_STEP, PatternSearc
 from services.detector.aided.tracking import Track, shifted_to_match
 from services.detector.aided.verification import is_marker, is_still_marker
 from services.detector.detector import Detector, FoundMarker, Prior, Tally, View
-from services.detector.edge_corners import RefinedCorners, refined_corners
+from services.detector.edge_corners import Outline, RefinedCorners
+from services.detector.sharp_corners import is_borne_out, sharp_corners
+from services.detector.square_pose import square_points_m
 
 Array = NDArray[np.float64]
 
@@ -50,7 +52,9 @@ _EDGES_FROM_SHRINK = 4
 """A fit to a picture made smaller than this by half or more errs by its pixels: by 0.05 px at 2 m, by 0.13 at 1 m. The marker's edges, followed in the picture
 itself from where the fit has them, could be made out on all of 1200 rendered pads from 0.85 m to 5 m, right to 0.023 to 0.032 px (rms) by height."""
 _LARGEST_CORRECTION_PX = 2.5
-"""Between a coordinate of a corner by its edges and by the fit: beyond it the edges are something else's."""
+"""Between a coordinate of a corner by its edges and by the fit: beyond it the cells have to bear the edges out."""
+_ALL_EXPLAINED = 0.9995
+"""The code's likeness where nothing covers a marker: the corners of the fit are then not checked."""
 
 
 class AidedBackend:
@@ -261,21 +265,36 @@ class AidedBackend:
         """The main marker, which is remembered."""
         self._track.seen(view, alignment.guess)
         family, number = self._main.family, self._main.id
-        edges = self._by_edges(view, alignment)
-        if edges is not None:
+        sharper = self._sharper(view, alignment)
+        if sharper is not None:
             self._tally.add("sharpened_by_edges")
-            return FoundMarker(family, number, edges.corners_px, edges.sigma_px, edges.covariance_px2)
+            return FoundMarker(family, number, sharper.corners_px, sharper.sigma_px, sharper.covariance_px2)
         sigma_px, covariance = alignment.corner_sigma_px, alignment.corner_covariance_px2
         return FoundMarker(family, number, alignment.corners_px, sigma_px, covariance)
 
-    def _by_edges(self, view: View, alignment: Alignment) -> RefinedCorners | None:
-        """The corners of a large marker by its edges; None where these cannot be made out, or are not where the fit has them."""
-        if alignment.patch.shrink < _EDGES_FROM_SHRINK:
+    def _sharper(self, view: View, alignment: Alignment) -> RefinedCorners | None:
+        """The corners by edges and cells where they are surer than the fit, or the cells contradict it; else None."""
+        sharp = self._sharp(view, alignment) if alignment.patch.shrink >= _EDGES_FROM_SHRINK else None
+        if sharp is not None and sharp.sigma_px < alignment.corner_sigma_px:
+            near = float(np.abs(sharp.corners_px - alignment.corners_px).max()) <= _LARGEST_CORRECTION_PX
+            if near or self._borne_out(view, sharp):
+                return sharp
+        if alignment.code_likeness(self._noise) >= _ALL_EXPLAINED:
             return None
-        edges = refined_corners(view.picture, alignment.corners_px, self._pattern.count, view.camera)
-        if edges is None or edges.sigma_px >= alignment.corner_sigma_px:
+        fit = RefinedCorners(
+            alignment.corners_px,
+            alignment.corner_covariance_px2,
+            Outline(alignment.corners_px, _straight(alignment.view, self._main.side_m)),
+        )
+        if self._borne_out(view, fit) is not False:
             return None
-        return edges if np.abs(edges.corners_px - alignment.corners_px).max() <= _LARGEST_CORRECTION_PX else None
+        return sharp or self._sharp(view, alignment)
+
+    def _borne_out(self, view: View, corners: RefinedCorners) -> bool | None:
+        return is_borne_out(view.picture, corners, self._pattern.count, view.camera)
+
+    def _sharp(self, view: View, alignment: Alignment) -> RefinedCorners | None:
+        return sharp_corners(view.picture, alignment.corners_px, self._pattern.count, view.camera)
 
 
 def _tilt(prior: Prior | None) -> TiltPrior:
@@ -289,6 +308,12 @@ def _attitude_of(prior: Prior | None) -> Prior | None:
     if prior is None or prior.q_ned_camera is None:
         return None
     return Prior(q_ned_camera=prior.q_ned_camera, attitude_sigma_rad=prior.attitude_sigma_rad)
+
+
+def _straight(view: MarkerView, side_m: float) -> Array:
+    """The corners before the lens, x/z and y/z, (4, 2)."""
+    at = square_points_m(side_m) @ view.R.T + view.t
+    return np.asarray(at[:, :2] / at[:, 2:], float)
 
 
 def _least_side_px(prior: Prior | None, camera: PinholeCamera, side_m: float) -> float:
