@@ -144,7 +144,8 @@ class Mission:
     def _look(self, now_ns: int, status: VehicleStatus) -> Situation:
         state, estimate, pad = self._state, self.gate.newest, self._pad(now_ns)
         height_m, distance_m = _above_and_beside(self._here(), pad)
-        known = state is not None and status.landed_state is not LandedState.UNDEFINED
+        deaf = self._link.is_deaf
+        known = not deaf and state is not None and status.landed_state is not LandedState.UNDEFINED
         on_ground = status.landed_state is LandedState.ON_GROUND
         phase_age_s = seconds(now_ns - (self.since_ns or now_ns))
         situation = Situation(
@@ -154,7 +155,7 @@ class Mission:
             code=self.code,
             phase_age_s=phase_age_s,
             link_silence_s=self._link.silence_s(now_ns),
-            deaf=self._link.is_deaf,
+            deaf=deaf,
             status=status,
             state=state,
             state_age_s=None if state is None else seconds(now_ns - state.at_ns),
