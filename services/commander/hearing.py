@@ -26,6 +26,8 @@ class Hearing:
         self._deaf_ns: int | None = None
         """When it was last known to be so."""
         self._caught_up = False
+        self.times_deaf = 0
+        """How often it began that the mode was not known as of now."""
 
     def look(self, now_ns: int) -> int:
         """Note that this process runs; called before anything else is done at `now_ns`, UTC ns.
@@ -40,6 +42,7 @@ class Hearing:
             self._heard_ns += went_on_ns
         silent = self._heard_ns is not None and now_ns - self._heard_ns > self._limit_ns
         if stood_still or silent:
+            self.times_deaf += self._deaf_ns is None
             self._deaf_ns, self._caught_up = now_ns, False
         return went_on_ns if stood_still else 0
 

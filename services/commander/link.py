@@ -218,8 +218,9 @@ class AutopilotLink:
             return ("no autopilot has been heard: check commander.vehicle_url and that the autopilot is running",)
         if not self.connected(now_ns):
             return (f"the autopilot has been silent for {self.silence_s(now_ns):.1f} s",)
+        deaf = ("nobody has been heard to name the mode since a silence: none is asked for",) if self.is_deaf else ()
         settings = (*self._parameters.complaints(), *complaints_about(self._parameters.values, self._passes_for_gcs))
-        return (*settings, *self.clock.complaints(now_ns), *self._gimbals.complaints(now_ns))
+        return (*deaf, *settings, *self.clock.complaints(now_ns), *self._gimbals.complaints(now_ns))
 
     def counters(self) -> Mapping[str, int]:
         """Everything counted since start."""
@@ -228,6 +229,7 @@ class AutopilotLink:
             **self._counts,
             **self._gimbals.counters(),
             "states_dropped": self._assembly.dropped,
+            "times_deaf": self._hearing.times_deaf,
             "stream_requests": self._streams.requests,
             "autopilot_reboots": self.reboots,
             "clock_restarts": self.clock.restarts,

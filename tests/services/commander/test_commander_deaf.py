@@ -93,6 +93,8 @@ def test_while_nothing_is_heard_the_descent_stands_still_on_its_setpoints() -> N
     assert len(setpoints) > 25
     assert setpoints[-1].alt == pytest.approx(setpoints[-10].alt, abs=0.01)
     assert setpoints[-1].vz == pytest.approx(0.0, abs=0.01)
+    assert "since a silence" in "; ".join(autopilot.node.complaints(autopilot.now_ns))
+    assert autopilot.node.counters()["times_deaf"] == 1
 
 
 def test_a_clock_that_is_set_forward_is_no_silence_of_the_autopilot() -> None:
