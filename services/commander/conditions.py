@@ -15,6 +15,8 @@ ALTITUDE_REACHED_M = 1.5
 """PX4 ends its takeoff up to NAV_MC_ALT_RAD (0.8 m) below the height that was asked for, and its position is heard later than its mode."""
 SETPOINT_GAP_S = 0.8
 """PX4 waits 1.0 s for a setpoint (COM_OF_LOSS_T); its samples and ours differ by a little."""
+DEAF_TIMEOUTS = 2.0
+"""So many times the link's timeout it may be unknown who flies, while something is heard now and then."""
 FRESH_PART = 0.5
 """An estimate younger than this part of the staleness limit ends a hold."""
 
@@ -28,6 +30,8 @@ def link_lost(s: Situation) -> str | None:
         return "no heartbeat of the autopilot"
     if s.link_silence_s > s.settings.link.timeout_s:
         return f"nothing from the autopilot for {s.link_silence_s:.1f} s"
+    if s.deaf_for_s is not None and s.deaf_for_s > DEAF_TIMEOUTS * s.settings.link.timeout_s:
+        return f"the autopilot has not been heard to name its mode for {s.deaf_for_s:.1f} s"
     return None
 
 

@@ -8,6 +8,7 @@ meets them there. To fly to the old coordinates instead would be a dash sideways
 import math
 from collections import Counter, deque
 from enum import StrEnum
+from typing import NamedTuple
 
 from alight.geometry.horizontal_sigma import horizontal_sigma
 from alight.geometry.local import moved_by_ned
@@ -34,6 +35,14 @@ class Verdict(StrEnum):
     JUMP = "jump"
 
 
+class _Jump(NamedTuple):
+    """One of the navigation solution."""
+
+    before_ns: int
+    after_ns: int
+    ned_m: Vector3
+
+
 class EstimateGate:
     """Keeps the newest estimate that may steer."""
 
@@ -45,20 +54,27 @@ class EstimateGate:
         self._run_since_ns = 0
         self._elsewhere: PadEstimate | None = None
         self._elsewhere_since_ns = 0
-        self._jumps: deque[tuple[int, Vector3]] = deque(maxlen=_JUMPS_REMEMBERED)
+        self._jumps: deque[_Jump] = deque(maxlen=_JUMPS_REMEMBERED)
 
     def forget(self) -> None:
         """Begin anew, for a new landing."""
         self.newest = self._elsewhere = None
 
-    def displace(self, jump_ned_m: Vector3, at_ns: int) -> None:
-        """The navigation solution has jumped: north, east, down, metres; `at_ns` is the first moment after it, UTC ns."""
+    def displace(self, jump_ned_m: Vector3, before_ns: int, after_ns: int) -> None:
+        """The navigation solution has jumped.
+
+        Args:
+            jump_ned_m: North, east, down, metres.
+            before_ns: The last moment that is known to be before it, UTC ns.
+            after_ns: The first that is known to be after it.
+        """
         self.counts["navigation_jumps"] += 1
-        self._jumps.append((at_ns, jump_ned_m))
+        jump = _Jump(before_ns, after_ns, jump_ned_m)
+        self._jumps.append(jump)
         if self.newest is not None:
-            self.newest = _named_anew(self.newest, at_ns, jump_ned_m)
+            self.newest = _named_anew(self.newest, jump)
         if self._elsewhere is not None:
-            self._elsewhere = _named_anew(self._elsewhere, at_ns, jump_ned_m)
+            self._elsewhere = _named_anew(self._elsewhere, jump)
 
     def offer(self, estimate: PadEstimate, vehicle: LocalFrame | None) -> Verdict:
         """Judge an estimate; keep it if it may steer.
@@ -67,9 +83,11 @@ class EstimateGate:
             estimate: The newest.
             vehicle: The frame where the vehicle is; None if that is not known.
         """
-        for jumped_at_ns, jump_ned_m in self._jumps:
-            estimate = _named_anew(estimate, jumped_at_ns, jump_ned_m)
-        verdict = self._judge(estimate, vehicle)
+        torn = any(jump.before_ns < place_at_ns(estimate) < jump.after_ns for jump in self._jumps)
+        for jump in self._jumps:
+            estimate = _named_anew(estimate, jump)
+        # One of the moment of a jump goes by a pose that is neither before it nor after it.
+        verdict = Verdict.JUMP if torn else self._judge(estimate, vehicle)
         self.counts[f"estimates_{verdict}"] += 1
         if verdict is Verdict.ACCEPTED:
             gap_ns = 0 if self.newest is None else estimate.captured_at_ns - self.newest.captured_at_ns
@@ -112,8 +130,8 @@ class EstimateGate:
         return Verdict.ACCEPTED if agreed_ns >= nanoseconds(self._settings.jump_believed_after_s) else Verdict.JUMP
 
 
-def _named_anew(estimate: PadEstimate, at_ns: int, jump_ned_m: Vector3) -> PadEstimate:
+def _named_anew(estimate: PadEstimate, jump: _Jump) -> PadEstimate:
     """The same place in the solution after a jump, if the estimate speaks of the time before."""
-    if place_at_ns(estimate) >= at_ns:
+    if place_at_ns(estimate) >= jump.after_ns:
         return estimate
-    return estimate.model_copy(update={"position": moved_by_ned(estimate.position, jump_ned_m)})
+    return estimate.model_copy(update={"position": moved_by_ned(estimate.position, jump.ned_m)})

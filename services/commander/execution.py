@@ -203,7 +203,8 @@ class Execution:
 
         In the very moment of the lift-off the autopilot refuses to disarm; then HOLD stops it.
         """
-        self._ask(FlightMode.HOLD, commands.set_mode(FlightMode.HOLD), s)
+        late = (FlightMode.TAKEOFF,) if self.climbing_asked else ()
+        self._ask(FlightMode.HOLD, commands.set_mode(FlightMode.HOLD), s, late)
         self._link.command(commands.disarm(), s.now_ns)
 
     def _end(self, s: Situation, fresh: bool) -> None:
@@ -288,7 +289,7 @@ class Execution:
 
     def _step_down(self, s: Situation, fresh: bool) -> Setpoint | None:
         assert self._reposition is not None
-        if not fresh or not self._reposition.is_due(s.now_ns) or self._link.is_waiting(commands.REPOSITION):
+        if s.deaf or not fresh or not self._reposition.is_due(s.now_ns) or self._link.is_waiting(commands.REPOSITION):
             return None
         if s.state is None or s.pad is None or s.height_above_pad_m is None:
             return None
@@ -334,8 +335,8 @@ class Execution:
             self._ground_ns = s.now_ns
             self._link.command(commands.disarm(), s.now_ns)
 
-    def _ask(self, mode: FlightMode, command: Command, s: Situation) -> None:
-        self._authority.ask(mode, s.status, s.now_ns)
+    def _ask(self, mode: FlightMode, command: Command, s: Situation, late: tuple[FlightMode, ...] = ()) -> None:
+        self._authority.ask(mode, s.status, s.now_ns, late)
         self._link.command(command, s.now_ns)
 
 

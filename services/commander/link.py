@@ -46,7 +46,9 @@ class AutopilotLink:
         self._gimbals = GimbalReports(settings.fixed_gimbal_rpy_deg, self.clock, self._assembly)
         self._system: int | None = settings.link.autopilot_system_id or None
         self._heard = False
-        self._hearing = Hearing(DEAF_PART * settings.state_stale_after_s)
+        self._hearing = Hearing(DEAF_PART * settings.state_stale_after_s, settings.state_stale_after_s)
+        self.stood_still_ns = 0
+        """By how much the time has gone on (or back) without this process, all in all."""
         self._heartbeat_ns = 0
         self._heard_ns = 0
         self._newest_boot_ms = 0
@@ -113,10 +115,8 @@ class AutopilotLink:
         if now_ns >= self._next_heartbeat_ns:
             self._next_heartbeat_ns = now_ns + HEARTBEAT_PERIOD_NS
             self._send_heartbeat()
-        if self.is_deaf or not self.connected(now_ns):
-            # What was meant for the moment before the silence must not go out when it ends: a pilot may fly by then.
-            self._commands.recall_flight_commands()
         if not self.connected(now_ns):
+            self._commands.recall_flight_commands()
             return
         if now_ns >= self._next_timesync_ns:
             self._next_timesync_ns = now_ns + TIMESYNC_PERIOD_NS
@@ -183,10 +183,9 @@ class AutopilotLink:
         silent = now_ns - self._heard_ns > nanoseconds(self._settings.timeout_s)
         return not silent and now_ns - self._heartbeat_ns <= MAX_HEARTBEAT_GAP_NS
 
-    @property
-    def is_deaf(self) -> bool:
-        """Whether somebody may have changed the mode since the autopilot was last heard to name it."""
-        return self._hearing.is_deaf
+    def deaf_for_s(self, now_ns: int) -> float | None:
+        """For how long somebody may have changed the mode unheard, seconds; None if the mode is known as of now."""
+        return self._hearing.deaf_for_s(now_ns)
 
     def silence_s(self, now_ns: int) -> float | None:
         """Since anything came from the autopilot, seconds; None if nothing ever did."""
@@ -218,7 +217,8 @@ class AutopilotLink:
             return ("no autopilot has been heard: check commander.vehicle_url and that the autopilot is running",)
         if not self.connected(now_ns):
             return (f"the autopilot has been silent for {self.silence_s(now_ns):.1f} s",)
-        deaf = ("nobody has been heard to name the mode since a silence: none is asked for",) if self.is_deaf else ()
+        silence = "nobody has been heard to name the mode since a silence: none is asked for"
+        deaf = () if self.deaf_for_s(now_ns) is None else (silence,)
         settings = (*self._parameters.complaints(), *complaints_about(self._parameters.values, self._passes_for_gcs))
         return (*deaf, *settings, *self.clock.complaints(now_ns), *self._gimbals.complaints(now_ns))
 
@@ -258,8 +258,14 @@ class AutopilotLink:
 
     def _look(self, now_ns: int) -> None:
         """What goes by while this process stands still, or its clock is set, is no silence of the autopilot."""
+        heard_well = self._hearing.deaf_for_s(now_ns) is None
         without_us_ns = self._hearing.look(now_ns)
+        if heard_well and self._hearing.deaf_for_s(now_ns) is not None:
+            # What was meant for the moment before must not go out when it ends: a pilot may fly by then. What is submitted from now on
+            # is what a person asks for.
+            self._commands.recall_flight_commands()
         if without_us_ns:
+            self.stood_still_ns += without_us_ns
             self._heard_ns += without_us_ns
             self._heartbeat_ns += without_us_ns
             self._next_heartbeat_ns = self._next_timesync_ns = now_ns

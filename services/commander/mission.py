@@ -47,6 +47,8 @@ class Mission:
         self.has_looked = False
         """Whether the vehicle was known well enough, once, to tell a start in flight."""
         self._reboots = 0
+        self._stood_still_ns = 0
+        self._clock_restarts = 0
         self._was_armed = False
         self._recovering = False
         self._holds = 0
@@ -55,14 +57,16 @@ class Mission:
         """Take a vehicle state; where the navigation solution has jumped to it, the pad and the setpoint go along."""
         jump_ned_m = self._jump_to(state)
         if jump_ned_m is not None:
-            self.gate.displace(jump_ned_m, state.at_ns)
+            assert self._state is not None, "what jumps was somewhere before"
+            self.gate.displace(jump_ned_m, self._state.at_ns, state.at_ns)
             self._hands.displace(jump_ned_m)
         self._state, self._frame = state, None
 
     def _jump_to(self, state: VehicleState) -> Vector3 | None:
         before, here = self._state, self._here()
-        if before is None or here is None:
-            return None
+        clock_restarts, self._clock_restarts = self._clock_restarts, self._link.clock.restarts
+        if before is None or here is None or clock_restarts != self._link.clock.restarts:
+            return None  # where a clock was set between two states, nobody knows how long the vehicle flew
         jump_ned_m = solution_jump_ned_m(
             before, state, here.ned_of(state.position), self._settings.gate.solution_jump_m
         )
@@ -110,6 +114,9 @@ class Mission:
         """
         if self.since_ns is None:
             self.since_ns = now_ns
+        # A phase loses no patience by the time that went by without this process, or by a clock that is set.
+        self.since_ns += self._link.stood_still_ns - self._stood_still_ns
+        self._stood_still_ns = self._link.stood_still_ns
         self._forget_the_future(now_ns)
         status = self._link.status(now_ns)
         self._authority.look(status)
@@ -144,8 +151,8 @@ class Mission:
     def _look(self, now_ns: int, status: VehicleStatus) -> Situation:
         state, estimate, pad = self._state, self.gate.newest, self._pad(now_ns)
         height_m, distance_m = _above_and_beside(self._here(), pad)
-        deaf = self._link.is_deaf
-        known = not deaf and state is not None and status.landed_state is not LandedState.UNDEFINED
+        deaf_for_s = self._link.deaf_for_s(now_ns)
+        known = deaf_for_s is None and state is not None and status.landed_state is not LandedState.UNDEFINED
         on_ground = status.landed_state is LandedState.ON_GROUND
         phase_age_s = seconds(now_ns - (self.since_ns or now_ns))
         situation = Situation(
@@ -155,7 +162,7 @@ class Mission:
             code=self.code,
             phase_age_s=phase_age_s,
             link_silence_s=self._link.silence_s(now_ns),
-            deaf=deaf,
+            deaf_for_s=deaf_for_s,
             status=status,
             state=state,
             state_age_s=None if state is None else seconds(now_ns - state.at_ns),

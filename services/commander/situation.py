@@ -38,8 +38,8 @@ class Situation(NamedTuple):
     distance_to_pad_m: float | None
     distance_to_start_m: float | None
     """To the point where the landing shall start; None if none was named."""
-    deaf: bool = False
-    """Whether somebody may have changed the mode since the autopilot was last heard to name it: then no mode is asked for."""
+    deaf_for_s: float | None = None
+    """For how long somebody may have changed the mode unheard, seconds; None if the mode is known as of now."""
     asked: Verb | None = None
     """A request that was accepted and waits to take effect."""
     landing: bool = False
@@ -68,6 +68,11 @@ class Situation(NamedTuple):
     funnel_closed_for_s: float = 0.0
     holds: int = 0
     """Holds for want of estimates during this landing."""
+
+    @property
+    def deaf(self) -> bool:
+        """Whether somebody may have changed the mode since the autopilot was last heard to name it: then no mode is asked for."""
+        return self.deaf_for_s is not None
 
     @property
     def airborne(self) -> bool:

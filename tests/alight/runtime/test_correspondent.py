@@ -1,6 +1,7 @@
 """Whom a port hears and answers."""
 
 import logging
+from collections import Counter
 
 import pytest
 
@@ -46,3 +47,20 @@ def test_each_stranger_is_named_once(caplog: pytest.LogCaptureFixture) -> None:
     assert [record.__dict__["sender"] for record in caplog.records] == ["127.0.0.1:5000", "127.0.0.1:5001"]
     assert {record.__dict__["answered"] for record in caplog.records} == {"127.0.0.1:14580"}
     assert correspondent.dropped == 1001
+
+
+def heard_of_the_autopilot(first_hz: float, autopilot_hz: float, for_s: float = 20.0) -> float:
+    """The share of the autopilot's datagrams that are taken when somebody else wrote first and goes on."""
+    correspondent = Correspondent()
+    writings = [(n / first_hz, STRANGER) for n in range(round(for_s * first_hz))]
+    writings += [(0.001 + n / autopilot_hz, AUTOPILOT) for n in range(round(for_s * autopilot_hz))]
+    taken = Counter(sender for at_s, sender in sorted(writings) if correspondent.admits(sender, nanoseconds(at_s)))
+    return taken[AUTOPILOT] / (for_s * autopilot_hz)
+
+
+def test_a_ground_station_that_came_first_does_not_keep_the_autopilot_out() -> None:
+    assert heard_of_the_autopilot(first_hz=1.0, autopilot_hz=50.0) > 0.75
+
+
+def test_of_two_autopilots_the_first_stays() -> None:
+    assert heard_of_the_autopilot(first_hz=50.0, autopilot_hz=50.0) == 0.0

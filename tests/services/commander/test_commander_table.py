@@ -187,14 +187,20 @@ def test_bad_input(
 def test_while_somebody_may_have_taken_over_unheard_no_mode_is_asked_for(
     phase: Phase, changes: dict[str, object]
 ) -> None:
-    step = taken(situation(phase, **changes, deaf=True))
+    step = taken(situation(phase, **changes, deaf_for_s=0.1))
     harmless = step is None or step[0] in (Phase.YIELDED, Phase.LANDED)
     assert harmless or step[1] in ("autopilot_rebooted", "disarmed_in_flight")
 
 
+@pytest.mark.parametrize("phase", sorted(ACTIVE))
+def test_it_lets_go_when_nobody_has_named_the_mode_for_long(phase: Phase) -> None:
+    assert taken(situation(phase, deaf_for_s=4.1)) == (Phase.YIELDED, "link_lost")
+    assert taken(situation(phase, deaf_for_s=3.9)) is None
+
+
 @pytest.mark.parametrize("verb", [Verb.ABORT, Verb.HOLD])
 def test_a_person_is_heard_at_once_even_then(verb: Verb) -> None:
-    step = taken(situation(Phase.DESCEND, asked=verb, deaf=True))
+    step = taken(situation(Phase.DESCEND, asked=verb, deaf_for_s=0.1))
     assert step is not None and step[1] == f"{verb}_asked"
 
 

@@ -91,7 +91,7 @@ def test_estimates_are_named_in_the_solution_that_jumped_once_whenever_they_come
 ) -> None:
     """The vehicle hangs where it hung, 2 m farther south in the new coordinates; so does the pad."""
     gate.offer(estimate(0.1), VEHICLE)
-    gate.displace((-2.0, 0.0, 0.0), START + 300_000_000)
+    gate.displace((-2.0, 0.0, 0.0), START + 280_000_000, START + 300_000_000)
     after = LocalFrame(moved_by_ned(HERE, (-2.0, 0.0, 0.0)))
     assert gate.newest is not None
     assert after.ned_of(gate.newest.position) == pytest.approx((1.0, 2.0, 8.0), abs=1e-3)
@@ -99,3 +99,13 @@ def test_estimates_are_named_in_the_solution_that_jumped_once_whenever_they_come
     assert gate.offer(estimate(captured_at_s, known), after) is Verdict.ACCEPTED
     assert after.ned_of(gate.newest.position) == pytest.approx((1.0, 2.0, 8.0), abs=1e-3)
     assert gate.counts["navigation_jumps"] == 1
+
+
+def test_an_estimate_of_the_moment_of_a_jump_is_left_out(gate: EstimateGate) -> None:
+    """It goes by a pose between the last one before the jump and the first one after it."""
+    gate.offer(estimate(0.1), VEHICLE)
+    gate.displace((-2.0, 0.0, 0.0), START + 280_000_000, START + 300_000_000)
+    kept = gate.newest
+    after = LocalFrame(moved_by_ned(HERE, (-2.0, 0.0, 0.0)))
+    assert gate.offer(estimate(0.29, (0.0, 2.0, 8.0)), after) is Verdict.JUMP
+    assert gate.newest is kept

@@ -67,6 +67,22 @@ def test_in_the_touchdown_when_the_clock_is_set_back() -> None:
     assert setpoints_go_on(autopilot, 3.0)
 
 
+@pytest.mark.parametrize("step_s", [-0.35, 0.35])
+def test_a_clock_that_is_set_while_it_sinks_is_no_jump_of_the_solution(step_s: float) -> None:
+    """The autopilot's time is mapped anew, and by that the vehicle seems to have sunk for longer, or for less long, than it did."""
+    autopilot = Sinking()
+    autopilot.sees_pad = True
+    autopilot.ask(Verb.LAND)
+    autopilot.wait(3.0)
+    autopilot.sinks = True
+    autopilot.wait(2.0)
+    autopilot.set_clock_back(step_s)
+    autopilot.wait(2.0)
+    counters = autopilot.node.counters()
+    assert counters["clock_restarts"] == 1
+    assert "navigation_jumps" not in counters
+
+
 @pytest.mark.parametrize("landed", [IN_AIR, ON_GROUND])
 def test_in_a_hold_until_hold_is_flown_even_where_the_ground_is_believed_to_be_there(landed: int) -> None:
     autopilot = descending()
