@@ -83,10 +83,10 @@ class EstimateGate:
             estimate: The newest.
             vehicle: The frame where the vehicle is; None if that is not known.
         """
-        torn = any(jump.before_ns < place_at_ns(estimate) < jump.after_ns for jump in self._jumps)
+        torn = any(jump.before_ns < estimate.captured_at_ns < jump.after_ns for jump in self._jumps)
         for jump in self._jumps:
             estimate = _named_anew(estimate, jump)
-        # One of the moment of a jump goes by a pose that is neither before it nor after it.
+        # A picture of the moment of a jump goes by a pose that is neither before it nor after it.
         verdict = Verdict.JUMP if torn else self._judge(estimate, vehicle)
         self.counts[f"estimates_{verdict}"] += 1
         if verdict is Verdict.ACCEPTED:
