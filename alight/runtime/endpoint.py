@@ -1,6 +1,6 @@
 """Byte ports to the outside: UDP sockets and serial lines, named by a URL.
 
-`udpin://HOST:PORT`            bind there, hear and answer the first who writes until he is silent (PX4 sends to its companion's port);
+`udpin://HOST:PORT`            bind there, hear and answer who writes first, as `Correspondent` says (PX4 sends to its companion's port);
 `udpout://HOST:PORT`           send there, receive the answers;
 `udp://HOST:PORT?to=HOST:PORT` bind there, send there;
 `serial:///dev/ttyUSB0?baud=57600`  a telemetry radio or UART (needs the extra `alight[serial]`).

@@ -48,7 +48,6 @@ class Execution:
         self.start: GlobalPosition | None = None
         """Where the landing shall start; None if nobody named a place."""
         self.start_ned_m: Vector3 | None = None
-        self.takeoff_point: GlobalPosition | None = None
         self._glide: Glide | None = None
         self._reposition: Reposition | None = None
         self._refusals = 0
@@ -147,10 +146,10 @@ class Execution:
     def _prepare_takeoff(self, s: Situation) -> None:
         assert s.state is not None
         self.climbing_asked = False
-        self.takeoff_point = s.state.position
-        self.start = None if self.start_ned_m is None else moved_by_ned(self.takeoff_point, self.start_ned_m)
+        takeoff_point = s.state.position
+        self.start = None if self.start_ned_m is None else moved_by_ned(takeoff_point, self.start_ned_m)
         height_m = self._settings.takeoff_height_m if self.start_ned_m is None else -self.start_ned_m[2]
-        self._climb_to_amsl_m = self.takeoff_point.altitude_amsl_m + height_m
+        self._climb_to_amsl_m = takeoff_point.altitude_amsl_m + height_m
 
     def _climb(self, s: Situation, _: bool) -> None:
         if s.deaf:

@@ -25,7 +25,8 @@ class Hearing:
         self._pause_ns = nanoseconds(pause_s)
         self._fresh_ns = nanoseconds(fresh_s)
         self._looked_ns: int | None = None
-        self._heard_ns: int | None = None
+        self.heard_ns: int | None = None
+        """When anything came last, UTC ns, as if the time without this process had not been; None if nothing ever did."""
         self._sample_ns = 0
         """When the newest sample was taken."""
         self._began_ns: int | None = None
@@ -44,16 +45,16 @@ class Hearing:
         went_on_ns = 0 if self._looked_ns is None else now_ns - self._looked_ns
         self._looked_ns = now_ns
         if not 0 <= went_on_ns <= self._pause_ns:
-            self._heard_ns = None if self._heard_ns is None else self._heard_ns + went_on_ns
+            self.heard_ns = None if self.heard_ns is None else self.heard_ns + went_on_ns
             self._begin(now_ns)
             return went_on_ns
-        if self._heard_ns is not None and now_ns - self._heard_ns > self._pause_ns:
-            self._begin(self._heard_ns)
+        if self.heard_ns is not None and now_ns - self.heard_ns > self._pause_ns:
+            self._begin(self.heard_ns)
         return 0
 
     def heard(self, now_ns: int) -> None:
         """Something has come from the autopilot."""
-        self._heard_ns = now_ns
+        self.heard_ns = now_ns
 
     def sampled(self, at_ns: int, now_ns: int) -> None:
         """It is a sample of the vehicle's state, taken at `at_ns`, UTC ns."""

@@ -50,7 +50,6 @@ class AutopilotLink:
         self.stood_still_ns = 0
         """By how much the time has gone on (or back) without this process, all in all."""
         self._heartbeat_ns = 0
-        self._heard_ns = 0
         self._newest_boot_ms = 0
         self._next_heartbeat_ns = 0
         self._next_timesync_ns = 0
@@ -95,7 +94,7 @@ class AutopilotLink:
                 if self._hears_gimbals:
                     self._gimbals.take(message, now_ns)
             elif self._heard and system == self._system and component == AUTOPILOT_COMPONENT:
-                self._note_sign_of_life(now_ns)
+                self._hearing.heard(now_ns)
                 self._streams.heard(message.get_msgId(), now_ns)
                 taker = self._takers.get(kind)
                 if taker is not None:
@@ -104,7 +103,7 @@ class AutopilotLink:
                 self._counts["of_others"] += 1
         for sender in self._framer.unread:
             if self._heard and sender == (self._system, AUTOPILOT_COMPONENT):
-                self._note_sign_of_life(now_ns)
+                self._hearing.heard(now_ns)
             else:
                 self._counts["of_others"] += 1
         return bool(messages)
@@ -178,9 +177,9 @@ class AutopilotLink:
 
         A link that loses packets, or a simulation that runs slowly, may miss a heartbeat or two while all else flows.
         """
-        if not self._heard:
+        if self._hearing.heard_ns is None:
             return False
-        silent = now_ns - self._heard_ns > nanoseconds(self._settings.timeout_s)
+        silent = now_ns - self._hearing.heard_ns > nanoseconds(self._settings.timeout_s)
         return not silent and now_ns - self._heartbeat_ns <= MAX_HEARTBEAT_GAP_NS
 
     def deaf_for_s(self, now_ns: int) -> float | None:
@@ -189,7 +188,8 @@ class AutopilotLink:
 
     def silence_s(self, now_ns: int) -> float | None:
         """Since anything came from the autopilot, seconds; None if nothing ever did."""
-        return seconds(now_ns - self._heard_ns) if self._heard else None
+        heard_ns = self._hearing.heard_ns
+        return None if heard_ns is None else seconds(now_ns - heard_ns)
 
     def status(self, now_ns: int) -> VehicleStatus:
         """What the autopilot is doing; its time is that since when all of it has been so."""
@@ -244,17 +244,13 @@ class AutopilotLink:
             return
         self._system, self._heard = system, True
         self._heartbeat_ns = now_ns
-        self._note_sign_of_life(now_ns)
+        self._hearing.heard(now_ns)
         self._status.take_heartbeat(message)
         self._hearing.told_mode(now_ns)
 
     def _take_current_mode(self, message: Any, now_ns: int) -> None:
         self._status.take_current_mode(message)
         self._hearing.told_mode(now_ns)
-
-    def _note_sign_of_life(self, now_ns: int) -> None:
-        self._heard_ns = now_ns
-        self._hearing.heard(now_ns)
 
     def _look(self, now_ns: int) -> None:
         """What goes by while this process stands still, or its clock is set, is no silence of the autopilot."""
@@ -266,7 +262,6 @@ class AutopilotLink:
             self._commands.recall_flight_commands()
         if without_us_ns:
             self.stood_still_ns += without_us_ns
-            self._heard_ns += without_us_ns
             self._heartbeat_ns += without_us_ns
             self._next_heartbeat_ns = self._next_timesync_ns = now_ns
 

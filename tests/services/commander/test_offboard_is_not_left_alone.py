@@ -30,13 +30,18 @@ class Sinking(ScriptedAutopilot):
         return mavlink.MAVLink_global_position_int_message(at_ms, *place, 0, 0, 0, round(100 * down_mps), 0)
 
 
-def touching_down() -> Sinking:
+def sinking(for_s: float) -> Sinking:
     autopilot = Sinking()
     autopilot.sees_pad = True
     autopilot.ask(Verb.LAND)
     autopilot.wait(3.0)
     autopilot.sinks = True
-    autopilot.wait(12.0)
+    autopilot.wait(for_s)
+    return autopilot
+
+
+def touching_down() -> Sinking:
+    autopilot = sinking(for_s=12.0)
     assert autopilot.phase is Phase.TOUCHDOWN
     autopilot.sees_pad = False
     autopilot.sent.clear()
@@ -70,12 +75,7 @@ def test_in_the_touchdown_when_the_clock_is_set_back() -> None:
 @pytest.mark.parametrize("step_s", [-0.35, 0.35])
 def test_a_clock_that_is_set_while_it_sinks_is_no_jump_of_the_solution(step_s: float) -> None:
     """The autopilot's time is mapped anew, and by that the vehicle seems to have sunk for longer, or for less long, than it did."""
-    autopilot = Sinking()
-    autopilot.sees_pad = True
-    autopilot.ask(Verb.LAND)
-    autopilot.wait(3.0)
-    autopilot.sinks = True
-    autopilot.wait(2.0)
+    autopilot = sinking(for_s=2.0)
     autopilot.set_clock_back(step_s)
     autopilot.wait(2.0)
     counters = autopilot.node.counters()
