@@ -2,8 +2,9 @@
 
 A processor that has nothing to do sleeps, and a message that wakes it finds it slow: it comes late and its caches are empty; a
 virtual machine's has been lent to somebody else meanwhile. A landing sleeps and wakes a dozen times a frame on its way through the
-services. The kernel keeps processors in a light sleep for whoever holds `/dev/cpu_dma_latency` open; where it knows of no sleep
-states, as in most virtual machines, a loop of the lowest priority on each keeps it busy and gives way to everything else.
+services. The kernel keeps processors in a light sleep for whoever holds `/dev/cpu_dma_latency` open, and from any sleep where even
+the lightest gives a virtual machine's processor away; where it knows of no sleep states, as in many virtual machines, a loop of the
+lowest priority on each keeps it busy and gives way to everything else.
 """
 
 import logging
@@ -22,6 +23,8 @@ LOGGER = logging.getLogger("alight")
 
 LATENCY_US = 10
 """How long a processor may take to wake up: sleep from which caches come back as they were."""
+GIVES_AWAY = "haltpoll"
+"""The driver of virtual machines whose lightest sleep says that it takes 1 us, and is the host's to end: there, none will do."""
 MOST_LOOPS = 8
 """A host with more processors than this has others than us to serve."""
 
@@ -44,15 +47,16 @@ def kept_awake(*, wanted: bool, real_time: bool) -> Iterator[str]:
     with ExitStack() as held:
         how = "no: not wanted"
         if wanted:
-            how = _by_the_kernel(held) if _sleeps() else _by_loops(held, real_time=real_time)
+            driver = _sleep_driver()
+            how = _by_loops(held, real_time=real_time) if driver is None else _by_the_kernel(held, driver)
             LOGGER.info("processors kept awake", extra={"how": how})
         yield how
 
 
-def _by_the_kernel(held: ExitStack) -> str:
+def _by_the_kernel(held: ExitStack, driver: str) -> str:
     try:
         device = held.enter_context(_LATENCY_DEVICE.open("wb", buffering=0))
-        device.write(struct.pack("i", LATENCY_US))
+        device.write(struct.pack("i", 0 if driver == GIVES_AWAY else LATENCY_US))
     except OSError as error:
         return f"no: {error.strerror or error} ({_LATENCY_DEVICE}; let this user write to it)"
     return "by the kernel"
@@ -87,12 +91,13 @@ def _obstacle_to_loops(*, real_time: bool) -> str | None:
     return None
 
 
-def _sleeps() -> bool:
-    """Whether the kernel knows of sleep states."""
+def _sleep_driver() -> str | None:
+    """What sends processors to sleep; None where the kernel knows of no sleep states."""
     try:
-        return _SLEEP_DRIVER.read_text(encoding="ascii").strip() != "none"
+        name = _SLEEP_DRIVER.read_text(encoding="ascii").strip()
     except OSError:
-        return False
+        return None
+    return None if name == "none" else name
 
 
 def has_quota(cgroups: Path) -> bool:

@@ -56,6 +56,19 @@ def test_a_host_is_kept_awake_or_says_why_not_and_nothing_stays_behind() -> None
     assert not any(is_alive(pid) for pid in loops)
 
 
+@pytest.mark.parametrize(("driver", "latency_us"), [("intel_idle", 10), ("haltpoll", 0)])
+def test_the_kernel_is_asked_for_a_sleep_that_does_not_give_the_processor_away(
+    driver: str, latency_us: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    device = tmp_path / "latency"
+    (tmp_path / "driver").write_text(f"{driver}\n")
+    monkeypatch.setattr(wakefulness, "_SLEEP_DRIVER", tmp_path / "driver")
+    monkeypatch.setattr(wakefulness, "_LATENCY_DEVICE", device)
+    with kept_awake(wanted=True, real_time=True) as how:
+        assert how == "by the kernel" and loops_of(os.getpid()) == []
+    assert int.from_bytes(device.read_bytes(), sys.byteorder) == latency_us
+
+
 @pytest.fixture
 def sleepless(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A host whose kernel knows of no sleep states, and which has as many processors and as much time as loops need."""
