@@ -14,6 +14,7 @@ from alight.runtime.bus import BusError
 from alight.runtime.garbage_collection import GarbageCollection
 from alight.runtime.live import LiveRunner
 from alight.runtime.logs import configure_logs
+from alight.runtime.placement import gather
 from alight.runtime.port import PortError
 from alight.runtime.priority import prioritise
 from alight.runtime.settings_file import SettingsError, load_settings
@@ -61,7 +62,8 @@ def run_service(name: str, arguments: argparse.Namespace) -> int:
     if arguments.exit_with_parent:
         threading.Thread(target=_watch_parent, args=(os.getppid(), runner), daemon=True).start()
     _favour_latency()
-    LOGGER.info("service started", extra={"pid": os.getpid(), "vehicle": settings.vehicle, "priority": priority})
+    facts = {"pid": os.getpid(), "vehicle": settings.vehicle, "priority": priority}
+    LOGGER.info("service started", extra={**facts, "runs_on": gather(name, wanted=settings.process.together)})
     # Whoever supervises this process keeps the processors awake for all of them.
     wanted = settings.process.awake == "always" and not arguments.exit_with_parent
     with kept_awake(wanted=wanted, real_time=settings.process.real_time):
