@@ -62,8 +62,8 @@ def _print(budget: LatencyBudget, hops: tuple[Percentiles | None, Percentiles | 
     count = sum(stage.stage is Stage.TRANSPORT for stage in budget.stages)
     bare_ms = count * (before.p50_ms + after.p50_ms) / 2.0
     print(
-        f"a bare hop took {before.p50_ms:.2f} ms before the flight and {after.p50_ms:.2f} ms after it (the target counts on {TARGET_HOP_MS}): "
-        f"overhead p50 is {p50 / bare_ms:.2f} times {count} of them (target: {TARGET_P50_MS / (count * TARGET_HOP_MS):.2f})"
+        f"a bare hop, which finds its caches as it left them, took {before.p50_ms:.2f} ms before the flight and {after.p50_ms:.2f} ms after it: "
+        f"{count} of them are {bare_ms / p50:.0%} of the overhead's p50 (the target counts on {TARGET_HOP_MS} ms each, {count * TARGET_HOP_MS / TARGET_P50_MS:.0%})"
     )
 
 
