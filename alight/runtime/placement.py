@@ -2,14 +2,15 @@
 
 Each of them works for a fraction of a millisecond a frame, one after the other. Wherever the kernel finds room for them, they find
 caches that a picture has just gone through. On a processor of their own they find what they left there a frame ago, and each wakes
-the next without a word from one processor to another. What works on pictures gives way to them there, and has the others.
+the next without a word from one processor to another. What works on pictures gives way to them there, and has the others. By
+`station.bench overhead`, flown in turns on two virtual processors: 1.9 to 2.5 ms (six flights), without it 2.8 to 2.9 (three).
 """
 
 import os
 from pathlib import Path
 
 TOGETHER = frozenset({"geolocator", "filter", "commander", "simulator"})
-"""They need a quarter of a small computer's processor between them, the simulator more than the others."""
+"""In a flight they use some 15 % of one of two virtual processors (2026), the busiest of them 5."""
 
 _THREADS = Path("/proc/self/task")
 
