@@ -29,7 +29,8 @@ FORGOTTEN_AFTER_S = 1.5
 RESTART_SETTLES_S = 2.0
 """A restarted commander's word on the vehicle may come after its word on the mission."""
 STATUS_GAP_S = 0.5
-"""The commander speaks of the vehicle five times a second; after a longer silence it may be another process."""
+"""The commander speaks of the vehicle five times a second; after a longer silence it may be another process. One that starts
+quicker is known by its first word: it knows no mode, which one that has heard the autopilot always does."""
 
 
 NO_DETECTIONS = "no detections are coming: are camera and detector running?"
@@ -96,7 +97,7 @@ class FlightDirector(Node):
         self._phase_asked_in_ns = 0
         self._restarted = False
         self._ask_from_ns = 0
-        self._mode_before_gap = FlightMode.UNKNOWN
+        self._mode_before_restart = FlightMode.UNKNOWN
         self._requests = 0
         self._landing_requests = 0
         self.subscribe(topics.MISSION_STATUS, self._on_mission)
@@ -223,8 +224,8 @@ class FlightDirector(Node):
 
     def _on_vehicle(self, arrival: Arrival[VehicleStatus]) -> Iterator[Output]:
         before, self.view.vehicle = self.view.vehicle, arrival.message
-        if before is not None and seconds(arrival.message.at_ns - before.at_ns) > STATUS_GAP_S:
-            self._mode_before_gap = before.mode
+        if before is not None and before.mode is not FlightMode.UNKNOWN and _may_be_another(before, arrival.message):
+            self._mode_before_restart = before.mode
         return iter(())
 
     def _on_health(self, arrival: Arrival[Health]) -> Iterator[Output]:
@@ -289,8 +290,13 @@ class FlightDirector(Node):
         vehicle = self.view.vehicle
         if vehicle is None:
             return False
-        holds_on = vehicle.mode is FlightMode.HOLD and self._mode_before_gap is FlightMode.HOLD
+        holds_on = vehicle.mode is FlightMode.HOLD and self._mode_before_restart is FlightMode.HOLD
         return vehicle.intended_mode is FlightMode.OFFBOARD or holds_on
+
+
+def _may_be_another(before: VehicleStatus, now: VehicleStatus) -> bool:
+    """Whether another commander than before may be speaking of the vehicle."""
+    return seconds(now.at_ns - before.at_ns) > STATUS_GAP_S or now.mode is FlightMode.UNKNOWN
 
 
 def _just_restarted(mission: MissionStatus) -> bool:

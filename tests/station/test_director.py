@@ -273,6 +273,24 @@ def test_a_commander_that_died_before_its_setpoints_were_flown(mode_after: Fligh
     assert stage.verbs == ([Verb.LAND, Verb.LAND] if asks_again else [Verb.LAND])
 
 
+@pytest.mark.parametrize(("mode_before", "asks_again"), [(FlightMode.HOLD, True), (FlightMode.OFFBOARD, False)])
+@pytest.mark.parametrize("deaf_for_s", [0.2, 0.7])
+def test_a_commander_that_is_back_before_it_is_missed_is_known_by_its_first_word(
+    mode_before: FlightMode, asks_again: bool, deaf_for_s: float
+) -> None:
+    stage = Stage()
+    stage.all_there()
+    stage.reply()
+    stage.mission(Phase.DESCEND)
+    stage.vehicle(mode=mode_before, intended_mode=mode_before)
+    stage.tick(0.4)
+    stage.vehicle(LandedState.UNDEFINED, connected=False)
+    stage.tick(deaf_for_s)
+    stage.vehicle(mode=FlightMode.HOLD, intended_mode=FlightMode.HOLD)
+    stage.mission(Phase.YIELDED, "restarted_in_flight")
+    assert stage.verbs == ([Verb.LAND, Verb.LAND] if asks_again else [Verb.LAND])
+
+
 def test_a_hold_that_the_pilot_chose_while_the_commander_lived_is_left_alone() -> None:
     stage = Stage()
     stage.all_there()
