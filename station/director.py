@@ -32,6 +32,9 @@ STATUS_GAP_S = 0.5
 """The commander speaks of the vehicle five times a second; after a longer silence it may be another process. One that starts
 quicker is known by its first word: it knows no mode, which one that has heard the autopilot always does."""
 
+HOLDS_WITHIN_S = 0.5
+"""A vehicle that holds so soon after a restarted commander told it to does so for that, not for a pilot, even where a failsafe came
+between the two."""
 
 NO_DETECTIONS = "no detections are coming: are camera and detector running?"
 
@@ -98,6 +101,8 @@ class FlightDirector(Node):
         self._restarted = False
         self._ask_from_ns = 0
         self._mode_before_restart = FlightMode.UNKNOWN
+        self._mode_since_ns = 0
+        self._told_to_hold_ns: int | None = None
         self._requests = 0
         self._landing_requests = 0
         self.subscribe(topics.MISSION_STATUS, self._on_mission)
@@ -177,6 +182,8 @@ class FlightDirector(Node):
     def _on_mission(self, arrival: Arrival[MissionStatus]) -> Iterator[Output]:
         mission = arrival.message
         self.view.mission = mission
+        if mission.phase is Phase.HOLD and mission.code == RESTARTED:
+            self._told_to_hold_ns = mission.phase_since_ns
         now_ns = arrival.now_ns
         if self.stage is Stage.GOING_UP:
             yield from self._follow_up(mission, now_ns)
@@ -226,6 +233,8 @@ class FlightDirector(Node):
         before, self.view.vehicle = self.view.vehicle, arrival.message
         if before is not None and before.mode is not FlightMode.UNKNOWN and _may_be_another(before, arrival.message):
             self._mode_before_restart = before.mode
+        if before is None or before.mode is not arrival.message.mode:
+            self._mode_since_ns = arrival.message.at_ns
         return iter(())
 
     def _on_health(self, arrival: Arrival[Health]) -> Iterator[Output]:
@@ -286,12 +295,18 @@ class FlightDirector(Node):
         )
 
     def _nobody_took_over(self) -> bool:
-        """Whether the autopilot still intends the commander's setpoints, or still holds as it did when the commander died."""
+        """Whether the autopilot still intends the commander's setpoints, or holds as it did when the commander died or as it was told."""
         vehicle = self.view.vehicle
         if vehicle is None:
             return False
         holds_on = vehicle.mode is FlightMode.HOLD and self._mode_before_restart is FlightMode.HOLD
-        return vehicle.intended_mode is FlightMode.OFFBOARD or holds_on
+        return vehicle.intended_mode is FlightMode.OFFBOARD or holds_on or self._holds_as_told(vehicle)
+
+    def _holds_as_told(self, vehicle: VehicleStatus) -> bool:
+        """Whether it was a restarted commander that told the vehicle to hold, as it does now."""
+        if vehicle.mode is not FlightMode.HOLD or self._told_to_hold_ns is None:
+            return False
+        return 0.0 <= seconds(self._mode_since_ns - self._told_to_hold_ns) <= HOLDS_WITHIN_S
 
 
 def _may_be_another(before: VehicleStatus, now: VehicleStatus) -> bool:

@@ -16,6 +16,8 @@ from schemas.vehicle import FlightMode, LandedState, VehicleStatus
 from station.director import MAX_LANDING_REQUESTS, NO_DETECTIONS, FlightDirector, FlightPlan
 
 START_NS = 1_000 * NS_PER_S
+LATE_IN_THE_FLIGHT_S = 60.0
+"""Longer than anything that is refused at the start is forgiven."""
 
 
 class Stage:
@@ -291,6 +293,30 @@ def test_a_commander_that_is_back_before_it_is_missed_is_known_by_its_first_word
     assert stage.verbs == ([Verb.LAND, Verb.LAND] if asks_again else [Verb.LAND])
 
 
+@pytest.mark.parametrize(("holds_after_s", "asks_again"), [(0.1, True), (1.2, False)])
+def test_a_restarted_commander_that_told_the_vehicle_to_hold_amid_a_failsafe_is_asked_again(
+    holds_after_s: float, asks_again: bool
+) -> None:
+    stage = Stage()
+    stage.all_there()
+    stage.reply()
+    stage.mission(Phase.DESCEND)
+    stage.vehicle(mode=FlightMode.OFFBOARD, intended_mode=FlightMode.OFFBOARD)
+    stage.tick(LATE_IN_THE_FLIGHT_S)
+    stage.vehicle(mode=FlightMode.OFFBOARD, intended_mode=FlightMode.OFFBOARD)
+    stage.mission(Phase.HOLD, "restarted_in_flight", since_ns=stage.now_ns)
+    stage.reply(accepted=False)
+    stage.vehicle(mode=FlightMode.RETURN, intended_mode=FlightMode.OFFBOARD)
+    stage.mission(Phase.YIELDED, "restarted_in_flight", since_ns=stage.now_ns)
+    stage.tick(holds_after_s)
+    stage.vehicle(mode=FlightMode.HOLD, intended_mode=FlightMode.HOLD)
+    stage.tick(1.0)
+    asked_before = len(stage.verbs)
+    stage.mission(Phase.YIELDED, "restarted_in_flight", since_ns=0)
+    assert stage.verbs[asked_before:] == ([Verb.LAND] if asks_again else [])
+    assert stage.director.over is not asks_again
+
+
 def test_a_hold_that_the_pilot_chose_while_the_commander_lived_is_left_alone() -> None:
     stage = Stage()
     stage.all_there()
@@ -301,10 +327,6 @@ def test_a_hold_that_the_pilot_chose_while_the_commander_lived_is_left_alone() -
     stage.vehicle(mode=FlightMode.HOLD, intended_mode=FlightMode.HOLD)
     stage.mission(Phase.YIELDED, "restarted_in_flight")
     assert stage.verbs == [Verb.LAND]
-
-
-LATE_IN_THE_FLIGHT_S = 60.0
-"""Longer than anything that is refused at the start is forgiven."""
 
 
 def test_a_commander_that_restarts_late_in_the_flight_is_asked_once_it_knows_the_vehicle() -> None:
