@@ -30,7 +30,7 @@ RESTART_SETTLES_S = 2.0
 """A restarted commander's word on the vehicle may come after its word on the mission."""
 STATUS_GAP_S = 0.5
 """The commander speaks of the vehicle five times a second; after a longer silence it may be another process. One that starts
-quicker is known by its first word: it knows no mode, which one that has heard the autopilot always does."""
+quicker is known by its first word: it has not heard the autopilot, and so knows no mode."""
 
 HOLDS_WITHIN_S = 0.5
 """A vehicle that holds so soon after a restarted commander told it to does so for that, not for a pilot, even where a failsafe came
@@ -231,7 +231,7 @@ class FlightDirector(Node):
 
     def _on_vehicle(self, arrival: Arrival[VehicleStatus]) -> Iterator[Output]:
         before, self.view.vehicle = self.view.vehicle, arrival.message
-        if before is not None and before.mode is not FlightMode.UNKNOWN and _may_be_another(before, arrival.message):
+        if before is not None and not _never_heard(before) and _may_be_another(before, arrival.message):
             self._mode_before_restart = before.mode
         if before is None or before.mode is not arrival.message.mode:
             self._mode_since_ns = arrival.message.at_ns
@@ -311,7 +311,12 @@ class FlightDirector(Node):
 
 def _may_be_another(before: VehicleStatus, now: VehicleStatus) -> bool:
     """Whether another commander than before may be speaking of the vehicle."""
-    return seconds(now.at_ns - before.at_ns) > STATUS_GAP_S or now.mode is FlightMode.UNKNOWN
+    return seconds(now.at_ns - before.at_ns) > STATUS_GAP_S or _never_heard(now)
+
+
+def _never_heard(vehicle: VehicleStatus) -> bool:
+    """Whether who says this knows no mode for want of a vehicle, and not because the pilot flies one that has no name here."""
+    return not vehicle.connected and vehicle.mode is FlightMode.UNKNOWN
 
 
 def _just_restarted(mission: MissionStatus) -> bool:

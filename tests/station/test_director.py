@@ -293,6 +293,22 @@ def test_a_commander_that_is_back_before_it_is_missed_is_known_by_its_first_word
     assert stage.verbs == ([Verb.LAND, Verb.LAND] if asks_again else [Verb.LAND])
 
 
+def test_a_pilot_who_flew_a_mode_without_a_name_when_the_commander_died_keeps_the_vehicle() -> None:
+    stage = Stage()
+    stage.all_there()
+    stage.reply()
+    stage.mission(Phase.DESCEND)
+    stage.vehicle(mode=FlightMode.HOLD, intended_mode=FlightMode.HOLD)
+    stage.tick(0.2)
+    stage.vehicle(mode=FlightMode.UNKNOWN, intended_mode=FlightMode.UNKNOWN)
+    stage.tick(0.4)
+    stage.vehicle(LandedState.UNDEFINED, connected=False)
+    stage.tick(0.2)
+    stage.vehicle(mode=FlightMode.HOLD, intended_mode=FlightMode.HOLD)
+    stage.mission(Phase.YIELDED, "restarted_in_flight")
+    assert stage.verbs == [Verb.LAND]
+
+
 @pytest.mark.parametrize(("holds_after_s", "asks_again"), [(0.1, True), (1.2, False)])
 def test_a_restarted_commander_that_told_the_vehicle_to_hold_amid_a_failsafe_is_asked_again(
     holds_after_s: float, asks_again: bool
